@@ -63,7 +63,8 @@ def curve(ruler: Ruler = PAPER, best_reward: float = BEST_REWARD) -> Figure:
 def contours(ruler: Ruler, cells: Sequence[Cell]) -> Figure:
     """Draw E over R and h, the line E = 1, and each match as a point [F9] [F10].
 
-    Colours tell robots, shapes fires. Matches that lie off the ruler are left out.
+    Colours tell robots, again with a dark edge from the eleventh on, and shapes fires.
+    Matches that lie off the ruler are left out.
     """
     shown = [cell for cell in cells if cell.score]
     figure = sheet("The score E by reward and difficulty", 11, 7.5)
@@ -84,7 +85,8 @@ def contours(ruler: Ruler, cells: Sequence[Cell]) -> Figure:
         axes.plot(across, (y, y), (x, x), up, color=TEXT, lw=1)
         marker = MARKERS[fires.index(cell.fire) % len(MARKERS)]
         name = fill(f"{cell.robots}, fire {cell.fire}", 30)
-        look: Style = {"color": f"C{robots.index(cell.robots)}", "mec": "white"}
+        team = robots.index(cell.robots)
+        look: Style = {"color": f"C{team}", "mec": "white" if team < 10 else TEXT}
         look |= {"ls": "", "marker": marker, "ms": 8, "clip_on": False}
         axes.plot(x, y, label=f"{name}  {ruler.score(x, y):.2f}", **look)
     axes.set_title("Bold line: E = 1.  Points: means with 95 % intervals, and their E")
