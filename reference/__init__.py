@@ -106,7 +106,7 @@ FRONT_DOOR = {
 }
 """Names that `from reference import ...` knows, and where each is made."""
 
-__version__ = "0.17.1"
+__version__ = "0.17.2"
 
 GAME = 7
 """Increases when rules or numbers of the game change: policies learned in another game
