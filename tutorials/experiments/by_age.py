@@ -49,9 +49,9 @@ def main():
         for cell in cells(results, None)
     ]
     print(table(matches, ["survival"]))
-    print(save(crossplay.matrix(matches), folder / "by_age.png"))
-    words = [*found]
-    three = [words[0], words[len(words) // 2], words[-1]]
+    words = "ages in shares of the training; means over runs, 95 % bootstrap intervals"
+    print(save(crossplay.matrix(matches, words), folder / "by_age.png"))
+    three = [[*found][k] for k in (0, len(found) // 2, -1)]
     runs = evaluation.simulations([(word, word, asked.seed) for word in three])
     headings = [f"robots at {found[word]}\nand the fire of that age" for word in three]
     animate(runs, folder / "by_age.html", headings)
