@@ -13,7 +13,7 @@ from numpy.random import Generator as Rng
 from reference import paper
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
-from reference.paper import WALKING_SPEED, WALKING_SPREAD, InputError, Scenario
+from reference.paper import InputError, Scenario
 from reference.world import (
     NOBODY,
     NOWHERE,
@@ -92,8 +92,8 @@ def _bodies(
 ) -> Bodies:
     """Bodies of people in these places, with a pace drawn for each."""
     n = len(place)
-    pace = rng.normal(WALKING_SPEED, WALKING_SPREAD, n)
-    slowest, fastest = WALKING_SPEED + np.array([-2, 2]) * WALKING_SPREAD
+    pace = rng.normal(paper.WALKING_SPEED, paper.WALKING_SPREAD, n)
+    slowest, fastest = paper.WALKING_SPEED + np.array([-2, 2]) * paper.WALKING_SPREAD
     return Bodies(
         position=position,
         floor=place // building.kind[0].size,

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.random import Generator as Rng
 from scipy import ndimage
 
+from reference import paper
 from reference.floorplan import STAIRWELLS, Drawing, parse, to_text
-from reference.paper import STAIRS_METRES
 
 Graph: TypeAlias = nx.MultiGraph
 OUTSIDE = "outside"  # a node of the graph
@@ -295,7 +295,9 @@ class Building:
             for low, up in pairwise(floor + 1 for floor in well.areas):
                 ends = f"{up}/{well.letter}", f"{low}/{well.letter}"
                 key = f"{well.letter}:{low}-{up}"
-                ways.add_edge(*ends, key, kind="stairs", width=1, length=STAIRS_METRES)
+                ways.add_edge(
+                    *ends, key, kind="stairs", width=1, length=paper.stairs_metres()
+                )
         return ways
 
     @cached_property

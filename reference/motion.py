@@ -17,29 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from reference.paper import BODY_RADIUS
+from reference import paper
 from reference.world import FLOOR_APART
-
-DIAMETER = 2 * BODY_RADIUS
-SHOULDERS = 0.25  # [A9, chosen] metres: people who meet turn sideways, as deep as that
-NEAR = 1.6  # [A9, chosen] metres: neighbours farther away are ignored
-GAP_SECONDS = 0.6  # [A9, chosen] the model's time gap T: v = s / T
-PUSH, PUSH_RANGE = 1.5, 0.2  # [A9, chosen] strength and range (m) of repulsion
-ASIDE = 0.3  # [A9, chosen] metres right of their target people aim: two streams pass
-KEEP_RIGHT = 0.6  # [A9, chosen] sideways pull while somebody comes towards me
-THERE = 0.05  # [A9, chosen] metres: whoever is this near their target is there
-IDLE = 0.05  # [A9, chosen] m/s: bodies that mean to walk more slowly stand ...
-GIVE_WAY = 0.6  # [A9, chosen] m/s: ... and step aside for people who walk at them
-PUSHES = 3  # [A9, chosen] rounds in which a crowd passes pushes on
-HELD_UP = 0.1  # [A9, chosen] m/s: a body that advances more slowly is held up ...
-SHUFFLE = 0.3  # [A9, chosen] m/s: ... and tries a step at this speed ...
-SHUFFLE_TURN = 2.2
-"""[A9, chosen] ... at most this many radians off the way: a little backwards too, since
-arches of people before a door dissolve only if somebody makes room ..."""
-
-SHUFFLE_RIGHT = 1.0
-"""[A9, chosen] ... turned to the right by so much if somebody comes towards them: two
-crowds that meet sort themselves into lanes."""
 
 Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
@@ -63,7 +42,7 @@ class Pairs(NamedTuple):
 
 def turns(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
     """Make a function that draws for (k,) bodies (k,) angles up to SHUFFLE_TURN."""
-    return lambda who: rng.uniform(-SHUFFLE_TURN, SHUFFLE_TURN, len(who))
+    return lambda who: rng.uniform(-paper.SHUFFLE_TURN, paper.SHUFFLE_TURN, len(who))
 
 
 def step(
@@ -90,8 +69,9 @@ def step(
     if (pushed := _pushed_apart(moved, pairs)) is not moved:
         pushed = _not_into_walls(moved, pushed, free)
     moved = _not_into_each_other(position, pushed, pairs)
-    e = np.where((far > THERE)[:, None], e, turned)
-    held_up = (_along(moved - position, e) < HELD_UP * seconds) & e.any(axis=1)
+    e = np.where((far > paper.ARRIVED_METRES)[:, None], e, turned)
+    least = paper.HELD_UP_SPEED * seconds
+    held_up = (_along(moved - position, e) < least) & e.any(axis=1)
     if not held_up.any():
         return moved
     mine = held_up[pairs.i]
@@ -99,7 +79,7 @@ def step(
     meets = np.zeros(len(e), bool)
     meets[pairs.i[pairs.facing & (_along(e.take(pairs.i, 0), pairs.to_j) > 0)]] = True
     tried, who = moved.copy(), np.flatnonzero(held_up)
-    tried[who] += SHUFFLE * seconds * _about(e[who], meets[who], turns(who))
+    tried[who] += paper.SHUFFLE_SPEED * seconds * _about(e[who], meets[who], turns(who))
     barred = who[~free(tried[who], who)]
     tried[barred] = moved[barred]
     pairs = pairs._replace(yields=np.ones_like(pairs.yields))
@@ -115,8 +95,8 @@ def _pairs(
     yields = (far_i > far_j) | ((far_i == far_j) & (i > j))
     to_j, apart = _directions(position.take(j, 0) - position.take(i, 0))
     facing = _along(e.take(i, 0), e.take(j, 0)) < -0.5
-    facing &= far_i + far_j > apart + DIAMETER
-    room = np.where(facing, SHOULDERS, DIAMETER)
+    facing &= far_i + far_j > apart + paper.body_diameter()
+    room = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
     return Pairs(i, j, to_j, apart, room, facing, yields)
 
 
@@ -125,7 +105,7 @@ def _heading(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """e, metres to go and v of bodies that nobody hinders; they keep to the right."""
     e, far = _directions(target - position)
-    aside = _right_of(e) * np.where(far > 1, ASIDE, 0)[:, None]
+    aside = _right_of(e) * np.where(far > 1, paper.ASIDE_METRES, 0)[:, None]
     e, far = _directions(target + aside - position)
     return e, far, np.minimum(pace, far / seconds)
 
@@ -142,7 +122,8 @@ def neighbours(
     """(2, k) bodies on the same floor that are near each other, each pair once."""
     if len(position) < 2:
         return np.empty((2, 0), np.int64)
-    near = max(NEAR, DIAMETER + 2 * float(pace.max()) * seconds)
+    meeting = paper.body_diameter() + 2 * float(pace.max()) * seconds
+    near = max(paper.NEIGHBOUR_METRES, meeting)
     where = position + (floor * FLOOR_APART)[:, None]
     tree = cKDTree(where, balanced_tree=False, compact_nodes=False)
     return tree.query_pairs(near, output_type="ndarray").T
@@ -156,24 +137,24 @@ def _heed_neighbours(
     Of two who are in each other's way only one waits.
     """
     i, j, to_j, apart, _, _, yields = pairs
-    s = apart - DIAMETER
-    standing = v < IDLE
+    s = apart - paper.body_diameter()
+    standing = v < paper.IDLE_SPEED
     at_me = _along(e.take(j, 0), to_j) < -0.5
     towards = _along(e.take(i, 0), to_j) > 0.5
-    push = PUSH * np.exp(-s / PUSH_RANGE) * (at_me | ~standing[i])
+    push = paper.PUSH_STRENGTH * np.exp(-s / paper.PUSH_RANGE) * (at_me | ~standing[i])
     right = np.zeros(len(e))
-    right[i[at_me & towards]] = KEEP_RIGHT
+    right[i[at_me & towards]] = paper.KEEP_RIGHT
     swerve = _right_of(e) * right[:, None] - _sums(i, push[:, None] * to_j, len(e))
     turned, strength = _directions(np.where(standing[:, None], 0, e) + swerve)
-    v = np.where(standing, np.minimum(strength, 1) * GIVE_WAY, v)
+    v = np.where(standing, np.minimum(strength, 1) * paper.GIVE_WAY_SPEED, v)
     turned_i = turned.take(i, 0)
     ahead = _along(turned_i, to_j)
     aside = np.abs(turned_i[:, 0] * to_j[:, 1] - turned_i[:, 1] * to_j[:, 0]) * apart
-    front = (ahead > 0) & (aside < DIAMETER)
+    front = (ahead > 0) & (aside < paper.body_diameter())
     half = len(i) // 2  # pair k and pair half + k: the same two, seen from the other
     mutual = np.concatenate([front[half:], front[:half]])
     front &= yields | ~mutual
-    np.minimum.at(v, i[front], np.maximum(s[front], 0) / GAP_SECONDS)
+    np.minimum.at(v, i[front], np.maximum(s[front], 0) / paper.GAP_SECONDS)
     return turned, v
 
 
@@ -218,9 +199,9 @@ def _pushed_apart(moved: np.ndarray, pairs: Pairs) -> np.ndarray:
 
     Returns `moved` itself if none overlap.
     """
-    for _ in range(PUSHES):
+    for _ in range(paper.PUSH_ROUNDS):
         to_j, far = _directions(pairs.off(moved))
-        half = np.maximum(DIAMETER - far, 0) / 2
+        half = np.maximum(paper.body_diameter() - far, 0) / 2
         if not half.any():
             break
         moved = moved - _sums(pairs.i, half[:, None] * to_j, len(moved))
@@ -229,7 +210,7 @@ def _pushed_apart(moved: np.ndarray, pairs: Pairs) -> np.ndarray:
 
 def _about(e: np.ndarray, meets: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """(k, 2) directions turned away from e, more to the right where somebody comes."""
-    angle = angle - SHUFFLE_RIGHT * meets
+    angle = angle - paper.SHUFFLE_RIGHT * meets
     x, y, cos, sin = *e.T, np.cos(angle), np.sin(angle)
     return np.array([x * cos - y * sin, x * sin + y * cos]).T
 

@@ -18,9 +18,9 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from reference import paper
 from reference.building import Building
 
-LOOK_AHEAD = 6  # [A7, chosen] metres: the longest line tried to pull a way straight
 KEPT_WAYS = 512  # searches that are kept: some 20 MB for the paper's building
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 
@@ -128,7 +128,7 @@ class Navigation:
         row, col = np.divmod(np.arange(self.places) % self.floor_size, self.cols)
         self.centres = np.stack(building.metres(row, col), axis=1)
         free = building.walkable
-        self.clear = StraightLines(free, free, LOOK_AHEAD, strict=True)
+        self.clear = StraightLines(free, free, paper.LOOK_AHEAD_METRES, strict=True)
         self.steps = [self._steps_of(floor) for floor in range(self.floors)]
         self._search = lru_cache(KEPT_WAYS)(self._search_floor)
         self.goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]

@@ -1,7 +1,7 @@
 """The numbers of the paper's appendix, stated, derived or ours, with their clauses.
 
-Clauses: A1, A3, A5, A9, B1, B2, B4-B8, C2, C5, C6, D2, D6, D7, E1, E2, E4, E5, F1, F2,
-F4-F10.
+Clauses: A1, A3, A5, A7, A9, B1, B2, B4-B8, C1-C3, C5-C7, D2, D6, D7, E1, E2, E4, E5,
+F1, F2, F4-F10.
 Stated numbers carry only their clause; chosen ones and deviations say why they are
 what they are.
 """
@@ -18,9 +18,10 @@ FLOORS = 3  # [A1]
 BODY_SIZE = 40  # [A1] cells on each side of the main body seen from above
 FLIGHT = 12.0  # [A3, chosen] metres of stairs and landing: a storey of 4 m, 30 degrees
 STAIRS_SPEED = 0.8  # [A9, chosen] m/s, mean; IMO MSC.1/Circ.1533: 0.64 to 1.07
-STAIRS_SECONDS = FLIGHT / STAIRS_SPEED  # of a mean walker; F8 does not count them
+LOOK_AHEAD_METRES = 6  # [A7, chosen] the longest line tried to pull a way straight
 
-DOOR_FLOW, STAIRS_FLOW = 1.3, 1.1
+DOOR_FLOW = 1.3
+STAIRS_FLOW = 1.1
 """[A5, deviation] most people per second and metre of width, through doors and exits
 and through stairwell entrances. The paper's are without volume; ours hold crowds up on
 purpose. The values are the same circular's maximum specific flows, made for design:
@@ -40,11 +41,13 @@ RAYS = 360
 """[B1, chosen] rays all around a human, one per degree. A door 4 m away, in the wall
 beside which one stands, fills 2 degrees: with fewer rays people in corners miss it."""
 
-LOSS_PER_SECOND = HEALTH_RATE * FRAMES_PER_SECOND  # [F7] rate and framesp of Eq. 7
+PATCH_METRES = 4  # [B6, chosen] directions that end in one patch of floor are one
+DIM_METRES = 3.0
+"""[B2, chosen] what lies so near to the limit of sight is seen, but not well, and does
+not count as explored. So people who see farther explore a room sooner."""
+
 NO_HEALTH = 1e-9  # [B7, chosen] less is rounding: 1000 ticks of 0.1 leave 1e-12
-HEALTH_SECONDS = HEALTH / LOSS_PER_SECOND  # [B7] 200 s: then everybody inside is dead
 WALKING_SPEED = 1.34  # [A9, F8, chosen] m/s, mean free speed: Weidmann (1993)
-STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # that one storey adds to a way
 WALKING_SPREAD = 0.26  # [A9, chosen] m/s, their standard deviation: Weidmann, too
 BODY_RADIUS = 0.2  # [A9, chosen] metres: two people can pass each other in a door
 DETOUR_SECONDS = 2.0  # [A9, chosen] without headway: then one plans again
@@ -59,12 +62,49 @@ LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] from losing one to the next human lea
 RECONSIDER_TICKS = 3  # [B4, chosen] a mind thinks at least once in this many ticks
 GOAL_HYSTERESIS = 3.0  # [B6, chosen] metres that a new goal must be nearer
 
+# -- How bodies move ----------------------------------------------------------------
+
+SHOULDER_METRES = 0.25  # [A9, chosen] people who meet turn sideways, as deep as that
+NEIGHBOUR_METRES = 1.6  # [A9, chosen] neighbours farther away are ignored
+GAP_SECONDS = 0.6  # [A9, chosen] the model's time gap T: v = s / T
+PUSH_STRENGTH = 1.5  # [A9, chosen] of the repulsion between neighbours ...
+PUSH_RANGE = 0.2  # [A9, chosen] ... which falls with the gap, metres
+ASIDE_METRES = 0.3  # [A9, chosen] people aim right of their target: two streams pass
+KEEP_RIGHT = 0.6  # [A9, chosen] sideways pull while somebody comes towards me
+ARRIVED_METRES = 0.05  # [A9, chosen] whoever is this near their target is there
+IDLE_SPEED = 0.05  # [A9, chosen] m/s: bodies that mean to walk more slowly stand ...
+GIVE_WAY_SPEED = 0.6  # [A9, chosen] m/s: ... and step aside for who walks at them
+PUSH_ROUNDS = 3  # [A9, chosen] rounds in which a crowd passes pushes on
+HELD_UP_SPEED = 0.1  # [A9, chosen] m/s: a body that advances more slowly is held up ...
+SHUFFLE_SPEED = 0.3  # [A9, chosen] m/s: ... and tries a step at this speed ...
+SHUFFLE_TURN = 2.2
+"""[A9, chosen] ... at most this many radians off the way: a little backwards too, since
+arches of people before a door dissolve only if somebody makes room ..."""
+
+SHUFFLE_RIGHT = 1.0
+"""[A9, chosen] ... turned to the right by so much if somebody comes towards them: two
+crowds that meet sort themselves into lanes."""
+
 # -- Robots (Appendix C) ------------------------------------------------------------
 
 ROBOTS_PER_FLOOR = 2  # [C2, chosen] one for each stairwell: 6 robots in all
 ROBOT_SPEED = 1.5  # [C5, chosen] metres per second: a little faster than people
 NEAR_STAIRWELL = 6.0  # [C6, chosen] metres from its centre: "near" in Eq. 1
 DECISION_SECONDS = 5.0  # [C5, chosen] between two decisions of a robot
+AT_EXIT_METRES = 2.5  # [C7, chosen] a destination this near an exit means "this exit"
+DOORWAY_METRES = 2.0
+"""[C7, chosen] on foot: a robot this near a door, entrance or exit does not wait, since
+its followers would stand in the doorway and on both sides."""
+
+FOLLOWER_GAP = 1.2
+CROWD_GAP = 0.4
+"""[C7, chosen] metres: a robot waits while its n followers are on average farther
+away than FOLLOWER_GAP + CROWD_GAP * sqrt(n); a root, because a crowd is a disc."""
+
+SMALLEST_GRID = 20  # [C3, chosen] cells: fewer are too small for the convolutions
+ABSENT_POINT = (0.0, 0.0, -1.0)
+"""[C1, chosen] the point of people out or dead, robots whose work is done and fires not
+yet lit: the middle, one storey below the ground, where nothing else can be."""
 
 # -- The fire (Appendix D) ----------------------------------------------------------
 
@@ -87,7 +127,8 @@ fire may die out. If flames never ended, two fires at two exits would decide all
 FLAME_SECONDS = 1.0  # [D7, chosen] flames spread, and new ones appear, this often
 BURN_LOSS = 10.0  # [B7, chosen] health lost per second inside flames
 HEAT_LOSS = 2.0  # [B7, chosen] health lost per second beside flames
-BURN_COST, HEAT_COST = 50.0, 4.0
+BURN_COST = 50.0
+HEAT_COST = 4.0
 """[C5, chosen] what a metre in flames, or beside them, costs when a way is planned, in
 metres: robots do not burn, but the people they lead do."""
 
@@ -100,6 +141,34 @@ FIXED_PENALTY = 300.0  # [F5] 12000 / 40 humans
 FIXED_REWARD = 100.0  # [F8, chosen] the FixReward that reproduces R_b
 K = 0.009  # [F9] proportionality of the two parts of E
 BETA = 1649.7  # [F9] the baseline's e', at which E = 1
+
+# -- What follows from the numbers --------------------------------------------------
+
+
+def stairs_seconds() -> float:
+    """Seconds that a mean walker takes for one storey; F8 does not count them [A9]."""
+    return FLIGHT / STAIRS_SPEED
+
+
+def stairs_metres() -> float:
+    """Metres that one storey adds to a way: as far as one walks meanwhile [A9]."""
+    return stairs_seconds() * WALKING_SPEED
+
+
+def loss_per_second() -> float:
+    """Health lost per second by who is inside: rate and framesp of Eq. 7 [F7]."""
+    return HEALTH_RATE * FRAMES_PER_SECOND
+
+
+def health_seconds() -> float:
+    """Seconds until everybody who is inside is dead [B7]: 200."""
+    return HEALTH / loss_per_second()
+
+
+def body_diameter() -> float:
+    """Metres that the middles of two bodies keep apart [A9]."""
+    return 2 * BODY_RADIUS
+
 
 # -- Learning (Tables I and II) -----------------------------------------------------
 

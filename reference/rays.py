@@ -20,14 +20,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from reference import paper
 from reference.building import Building, Kind
 from reference.navigation import Navigation, StraightLines, navigation_of, shifted
-from reference.paper import RAYS
-
-PATCH = 4  # [B6, chosen] metres: directions that end in one patch of floor are one
-DIM = 3.0
-"""[B2, chosen] metres: what lies so near to the limit of sight is seen, but not well,
-and does not count as explored. So people who see farther explore a room sooner."""
 
 KEPT = 1 << 15  # answers of each kind that are kept
 Holes = frozenset[int]  # destroyed doors in view, which rays pass [A6]
@@ -80,12 +75,14 @@ class Sight:
         rooms = np.isin(building.kind, (Kind.FLOOR, Kind.DOOR))
         self.rooms = frozenset(np.flatnonzero(rooms).tolist())
         self.sees = StraightLines(through, building.walkable, reach, strict=False)
-        self.hits = np.full((RAYS, clear.size), -1, dtype=np.int32)
+        self.hits = np.full((paper.RAYS, clear.size), -1, dtype=np.int32)
         self.ends = self.hits.copy()
         self._cast_everywhere(clear)
         floor, row, col = np.indices(building.kind.shape).reshape(3, -1)
-        _, down, across = np.array(building.kind.shape) // PATCH + 1
-        self.patches = (floor * down + row // PATCH) * across + col // PATCH
+        _, down, across = np.array(building.kind.shape) // paper.PATCH_METRES + 1
+        self.patches = (
+            floor * down + row // paper.PATCH_METRES
+        ) * across + col // paper.PATCH_METRES
         ways = [m for m in building.landmarks if m.leads_out or m.kind is Kind.DOOR]
         self._useful = {way.index for way in ways}
         self._walked = frozenset(np.flatnonzero(building.walkable).tolist())
@@ -114,8 +111,8 @@ class Sight:
         known, cells = self.building.kind != Kind.OUTSIDE, list[tuple[int, int]]()
         places = np.arange(clear.size, dtype=np.int32)
         cast = [(self.building.walkable, self.hits[0].copy(), places)]  # cell by cell
-        for k in range(RAYS):
-            before, cells = cells, _cells_along(2 * np.pi * k / RAYS, self.reach)
+        for k in range(paper.RAYS):
+            before, cells = cells, _cells_along(2 * np.pi * k / paper.RAYS, self.reach)
             same = [one == other for one, other in zip(before, cells, strict=False)]
             shared = [*same, False].index(False)
             del cast[shared + 1 :]
@@ -149,7 +146,7 @@ class Sight:
         beyond = {}
         for k in np.flatnonzero(met).tolist():
             passed, stop = [p], -1
-            for d_row, d_col in _cells_along(2 * np.pi * k / RAYS, self.reach):
+            for d_row, d_col in _cells_along(2 * np.pi * k / paper.RAYS, self.reach):
                 q = p + d_row * self.navigation.cols + d_col
                 if not self._clear[q] and self._marks[q] not in holes:
                     stop = q
@@ -212,7 +209,7 @@ class Sight:
 
     def _looked_at_from(self, p: int, holes: Holes = NO_HOLES) -> frozenset[int]:
         seen = self.seen(p, holes)
-        well = [q for q in seen if self._metres(p, q) <= self.reach - DIM]
+        well = [q for q in seen if self._metres(p, q) <= self.reach - paper.DIM_METRES]
         return frozenset(self.patches[[p, *well]].tolist())
 
     def _line_to(

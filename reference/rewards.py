@@ -5,7 +5,7 @@ Clauses: B7, D2, D6, E5, F5, F8.
 
 from collections.abc import Iterable
 
-from reference.paper import FIRE_REFUSED_PENALTY, FIXED_PENALTY, FIXED_REWARD
+from reference import paper
 from reference.world import Died, Evacuated, Event, FireRefused, LeftFloor
 
 
@@ -21,9 +21,9 @@ def group_reward(events: Iterable[Event]) -> float:
             case LeftFloor():
                 reward += event.health
             case Evacuated():
-                reward += FIXED_REWARD
+                reward += paper.FIXED_REWARD
             case Died():
-                reward -= FIXED_PENALTY
+                reward -= paper.FIXED_PENALTY
     return reward
 
 
@@ -31,4 +31,4 @@ def fire_reward(events: Iterable[Event]) -> float:
     """Minus the group's reward [D2, chosen], less a penalty per refusal [D6]."""
     events = list(events)
     refused = sum(isinstance(event, FireRefused) for event in events)
-    return -group_reward(events) - FIRE_REFUSED_PENALTY * refused
+    return -group_reward(events) - paper.FIRE_REFUSED_PENALTY * refused

@@ -13,23 +13,13 @@ from typing import Protocol
 import numpy as np
 from numpy.random import Generator as Rng
 
+from reference import paper
 from reference.building import Building, Kind
 from reference.navigation import Navigation, navigation_of
-from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED
 from reference.world import NOWHERE, Robot, World
 
 Destination = tuple[float, float]  # X_r, Y_r in metres [C5]
 Destinations = list[Destination | None]  # of robots; None: it keeps the old one
-
-FOLLOWER_GAP, CROWD_GAP = 1.2, 0.4
-"""[C7, chosen] metres: a robot waits while its n followers are on average farther
-away than FOLLOWER_GAP + CROWD_GAP * sqrt(n); a root, because a crowd is a disc."""
-
-DOORWAY = 2.0
-"""[C7, chosen] metres on foot: a robot this near a door, entrance or exit does not
-wait, since its followers would stand in the doorway and on both sides."""
-
-AT_EXIT = 2.5  # [C7, chosen] metres: a destination this near an exit means "this exit"
 
 
 class RobotAlgorithm:
@@ -81,13 +71,13 @@ def speed_while_leading(robot: Robot, world: World) -> float:
     """
     followers = followers_of(world, robot) if robot.way else ()
     if not len(followers):
-        return ROBOT_SPEED
-    if navigation_of(world.building).to_landmarks[robot.place] < DOORWAY:
-        return ROBOT_SPEED
+        return paper.ROBOT_SPEED
+    if navigation_of(world.building).to_landmarks[robot.place] < paper.DOORWAY_METRES:
+        return paper.ROBOT_SPEED
     off = world.bodies.position[followers] - robot.position
     gap = np.hypot(off[:, 0], off[:, 1]).sum() / len(followers)
-    waits = gap > FOLLOWER_GAP + CROWD_GAP * len(followers) ** 0.5
-    return 0.0 if waits else ROBOT_SPEED
+    waits = gap > paper.FOLLOWER_GAP + paper.CROWD_GAP * len(followers) ** 0.5
+    return 0.0 if waits else paper.ROBOT_SPEED
 
 
 def followers_of(world: World, robot: Robot) -> np.ndarray:
@@ -101,7 +91,7 @@ def actual_target(building: Building, floor: int, x: float, y: float) -> Destina
     [C6, Eq. 1], reconstructed; "near" is NEAR_STAIRWELL.
     """
     wells = (well.centre for well in building.stairwells if floor in well.areas)
-    near = [centre for centre in wells if dist((x, y), centre) <= NEAR_STAIRWELL]
+    near = [centre for centre in wells if dist((x, y), centre) <= paper.NEAR_STAIRWELL]
     return min(near, key=lambda centre: dist((x, y), centre), default=(x, y))
 
 
@@ -116,7 +106,7 @@ def said_on_the_way(building: Building, floor: int, target: Destination) -> int:
     wells = [s for s in building.stairwells if s.leads_down(floor)]
     if below := [well for well in wells if well.centre == target]:
         marks = [mark for mark in here if mark.index in below[0].entrances[floor]]
-    elif any(dist(mark.position, target) <= AT_EXIT for mark in exits):
+    elif any(dist(mark.position, target) <= paper.AT_EXIT_METRES for mark in exits):
         marks = exits
     else:
         return NOWHERE

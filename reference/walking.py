@@ -19,7 +19,7 @@ import numpy as np
 
 from reference import humans, paper
 from reference.building import Stairwell
-from reference.motion import DIAMETER, Free
+from reference.motion import Free
 from reference.navigation import navigation_of
 from reference.world import NOBODY, NOWHERE, World
 
@@ -108,7 +108,7 @@ def enter_stairs(world: World, i: int, entrance: int) -> None:
     nav, k = navigation_of(building), building.landmarks[entrance].stairwell
     cells = nav.places_of(int(bodies.floor[i]), building.stairwells[k].cells)
     bodies.stairwell[i], bodies.leader[i], bodies.landmark[i] = k, NOBODY, NOWHERE
-    bodies.stairs_until[i] = world.time + paper.STAIRS_METRES / float(bodies.pace[i])
+    bodies.stairs_until[i] = world.time + paper.stairs_metres() / float(bodies.pace[i])
     bodies.place[i] = cells[i % len(cells)]
     bodies.position[i] = nav.centres[bodies.place[i]]
 
@@ -124,7 +124,7 @@ def descend(world: World, i: int) -> int | None:
         bodies.floor[i] -= 1
         bodies.place[i] -= world.building.kind[0].size
         if bodies.floor[i] > well.lowest:
-            bodies.stairs_until[i] += paper.STAIRS_METRES / float(bodies.pace[i])
+            bodies.stairs_until[i] += paper.stairs_metres() / float(bodies.pace[i])
             return int(bodies.floor[i])
     _step_out(world, i, well)
     return None
@@ -136,7 +136,7 @@ def _step_out(world: World, i: int, well: Stairwell) -> None:
     others = bodies.position[bodies.walking & (bodies.floor == well.lowest)]
     for mark in well.entrances[well.lowest]:
         for p in nav.goals[mark].tolist():
-            if (np.hypot(*(others - nav.centres[p]).T) >= DIAMETER).all():
+            if (np.hypot(*(others - nav.centres[p]).T) >= paper.body_diameter()).all():
                 bodies.place[i], bodies.position[i] = p, nav.centres[p]
                 bodies.anchor[i], bodies.anchor_time[i] = nav.centres[p], world.time
                 bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from textwrap import dedent
 from time import sleep
@@ -97,20 +97,6 @@ def test_the_workshop_has_twelve_rooms():
         for names in (READING_ORDER, MODULES)
     )
     assert listed == there and len(there) == 12
-
-
-def test_the_house_grows_no_further():
-    """Lines of Python, as many as there were when all issues were answered."""
-
-    def lines(paths: Iterable[Path]) -> int:
-        """Of some files, blank ones too."""
-        return sum(len(path.read_text("utf-8").splitlines()) for path in paths)
-
-    book = [path for name, path in MODULES.items() if in_reading_order(name) in BOOK]
-    assert lines(book) <= 5_635
-    assert lines(PACKAGE.rglob("*.py")) <= 16_060
-    assert lines((ROOT / "tests" / "paper").glob("*.py")) <= 4_780
-    assert lines((ROOT / "tests").rglob("*.py")) <= 15_240
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,8 @@ from reference.evaluation.bounds import (
     mean_ways,
     worst_reward,
 )
-from reference.evaluation.difficulty import HARDEST, difficulty, people_in
-from reference.evaluation.score import PAPER
+from reference.evaluation.difficulty import difficulty, hardest, people_in
+from reference.evaluation.score import paper_ruler
 from reference.fire import rim
 from reference.workshop import comparing
 from reference.workshop.comparing import cells
@@ -42,9 +42,9 @@ print(f"R_w {worst_reward():,.0f}, R_b {best_reward(institute):,.0f}")
 # Eq. 4 grows by the same factor b every thousand points. Two critical points fix it:
 # the worst reward, and the one from which y should "explode" [F2].
 
-print(f"b = {PAPER.base:.4f}, 1/c = {1 / PAPER.control:.3f}")
+print(f"b = {paper_ruler().base:.4f}, 1/c = {1 / paper_ruler().control:.3f}")
 for reward in (-12000, 0, 10000, 14000, 15000):
-    print(f"R {reward:6}: y = {PAPER.reward_part(reward):8.2f}")
+    print(f"R {reward:6}: y = {paper_ruler().reward_part(reward):8.2f}")
 #> b = 1.4251, 1/c = 7.017
 #> R -12000: y =     0.10
 #> R      0: y =     7.02
@@ -68,7 +68,7 @@ for name in ("1/exit-1", "1/exit-2"):
     print(f"{name} closed from 60 s on: {difficulty(institute, burnt, people):.0f}")
 at_once = np.zeros_like(burnt)
 print(f"everything burns from the start: {difficulty(institute, at_once, people):.0f}")
-print(f"the most there is: {HARDEST:.0f}")
+print(f"the most there is: {hardest():.0f}")
 #> nothing burns: 0
 #> 1/exit-1 closed from 60 s on: 672
 #> 1/exit-2 closed from 60 s on: 1888
@@ -84,8 +84,8 @@ print(f"the most there is: {HARDEST:.0f}")
 # reward and mean difficulty.
 
 for rewards in ([10000, 10000], [15000, 5000]):
-    alone = np.mean([PAPER.score(reward, 1000) for reward in rewards])
-    together = PAPER.score(np.mean(rewards), 1000)
+    alone = np.mean([paper_ruler().score(reward, 1000) for reward in rewards])
+    together = paper_ruler().score(np.mean(rewards), 1000)
     print(f"{rewards}: mean of scores {alone:.2f}, score of means {together:.2f}")
 #> [10000, 10000]: mean of scores 0.21, score of means 0.21
 #> [15000, 5000]: mean of scores 0.51, score of means 0.21
@@ -102,7 +102,7 @@ evaluation = comparing.begin(
     episodes=24,
 )
 results = comparing.evaluate(evaluation, None, InProcess())
-for cell in cells(results, PAPER):
+for cell in cells(results, paper_ruler()):
     R, h, E = cell.reward.mean, cell.difficulty.mean, cell.score.mean
     print(f"{cell.robots:6} {cell.fire:6} R {R:6.0f}  h {h:4.0f}  E {E:.3f}")
 #> none   none   R   2044  h    0  E 0.009

@@ -16,22 +16,27 @@ from reference import paper
 from reference.beginning import beginning
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
-from reference.paper import FIXED_REWARD, HEALTH, PEOPLE, Scenario
+from reference.paper import Scenario
 
 DIGITS = 2  # [F12, chosen] significant digits of an estimate, like the paper's
 
 
-def worst_reward(people: int = PEOPLE) -> float:
-    """R_w: everybody dies [F4, Eq. 6] [F5]; -12000 for the paper's forty."""
+def worst_reward(people: int | None = None) -> float:
+    """R_w: everybody dies [F4, Eq. 6] [F5]; default: -12000 for the paper's forty."""
+    if people is None:
+        people = paper.PEOPLE
     return -paper.FIXED_PENALTY * people
 
 
-def best_reward(building: Building, people: int = PEOPLE) -> float:
+def best_reward(building: Building, people: int | None = None) -> float:
     """R_b, health points [F6, Eq. 7]: n · (Σ_j (hp − loss_j) + FixReward).
 
     The sum goes over all floors of the building; on the paper's it is 15000 within 2 %.
     """
-    return people * (sum(HEALTH - loss for loss in losses(building)) + FIXED_REWARD)
+    if people is None:
+        people = paper.PEOPLE
+    on_floors = sum(paper.HEALTH - loss for loss in losses(building))
+    return people * (on_floors + paper.FIXED_REWARD)
 
 
 def losses(building: Building) -> tuple[float, ...]:
@@ -39,7 +44,7 @@ def losses(building: Building) -> tuple[float, ...]:
 
     loss = seconds × frames per second × rate: Eq. 7 as printed divides by the product.
     """
-    lost = paper.LOSS_PER_SECOND
+    lost = paper.loss_per_second()
     return tuple(way / paper.WALKING_SPEED * lost for way in mean_ways(building))
 
 
@@ -65,8 +70,8 @@ def best_reward_carried(losses: Sequence[float], starters: Sequence[float]) -> f
     """
     best = 0.0
     for floor, people in enumerate(starters):
-        left = HEALTH - np.cumsum(losses[floor::-1])
-        best += people * float(left.clip(0).sum() + FIXED_REWARD)
+        left = paper.HEALTH - np.cumsum(losses[floor::-1])
+        best += people * float(left.clip(0).sum() + paper.FIXED_REWARD)
     return best
 
 

@@ -3,7 +3,7 @@
 Clauses: A3, A6, D6, D7, F10, F11.  The main text, which defines h, was not at hand;
 ours uses the graph of rooms, doors and stairwells, and when each cell begins to burn.
 
-    h   difficulty, from 0 to HARDEST
+    h   difficulty, from 0 to `hardest()`
     d   shortest way out, metres, inf where there is none;  d0  the same without fire
     t   seconds since the evacuation began;  T  how long health lasts
 """
@@ -15,19 +15,28 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from reference import paper
 from reference.building import Building
 from reference.fire import fuel, rim
-from reference.paper import ALPHA, BETA, BURN_SECONDS, FLAME_SECONDS, HEALTH_SECONDS, K
 from reference.simulation import Simulation
 from reference.world import World
 
-HARDEST = ALPHA * sqrt(K * BETA)
-"""[F10, chosen] 3853: no way out was ever open; that alone is worth E = 1."""
 
-MOMENTS = round(HEALTH_SECONDS / FLAME_SECONDS)
-SECONDS = np.arange(MOMENTS) * FLAME_SECONDS
-"""[F11, chosen] ways are compared whenever flames move on, from 0 to
-T = HEALTH_SECONDS: after that nobody has health left to lose."""
+def hardest() -> float:
+    """The h at which no way out was ever open: 3853, which alone is worth E = 1.
+
+    [F10, chosen]
+    """
+    return paper.ALPHA * sqrt(paper.K * paper.BETA)
+
+
+def moments() -> np.ndarray:
+    """Seconds at which ways are compared: whenever flames move on, from 0 to T.
+
+    [F11, chosen] After T = 200 s nobody has health left to lose.
+    """
+    count = round(paper.health_seconds() / paper.FLAME_SECONDS)
+    return np.arange(count) * paper.FLAME_SECONDS
 
 
 def difficulty(building: Building, arrival: np.ndarray, people: np.ndarray) -> float:
@@ -36,7 +45,7 @@ def difficulty(building: Building, arrival: np.ndarray, people: np.ndarray) -> f
     arrival  (floors, rows, cols) seconds when each cell begins to burn, inf for never
     people   (areas,) how many start in each area
 
-    h = HARDEST · √x, where x is the share of ways out that the fire takes, a mean over
+    h = hardest · √x, where x is the share of ways out that the fire takes, a mean over
 
     * people, and each metre of the way from where they start;
     * the time from 0 to T, each moment weighted by the health left then: if all ways
@@ -51,13 +60,14 @@ def difficulty(building: Building, arrival: np.ndarray, people: np.ndarray) -> f
     if not people.any():
         return 0.0
     to_walk = people / people.sum() @ _passed(building)
-    health_left = -np.diff((1 - np.arange(MOMENTS + 1) / MOMENTS) ** 2)  # sums to 1
+    count = len(moments())
+    health_left = -np.diff((1 - np.arange(count + 1) / count) ** 2)  # sums to 1
     lost = health_left @ ways_lost(building, arrival) @ to_walk
-    return HARDEST * sqrt(min(lost, 1.0))
+    return hardest() * sqrt(min(lost, 1.0))
 
 
 def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
-    """Compute the share of its way out that each area has lost, (MOMENTS, areas) [F11].
+    """Compute the share of its way out that each area has lost, (moments, areas) [F11].
 
     A way that grows from d0 to d has lost 1 - d0/d: nothing if it is as before, half
     if it is twice as long, all if it is cut. Flames take ways as follows [F11, chosen]:
@@ -101,7 +111,7 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
     """
     after = simulation.copy()
     world, sources = after.world, after.scenario.sources
-    while len(world.flames.sources) < sources and world.time < HEALTH_SECONDS:
+    while len(world.flames.sources) < sources and world.time < paper.health_seconds():
         after.step()
     return world.flames.arrival
 
@@ -169,15 +179,15 @@ def _passed(building: Building) -> np.ndarray:
 
 
 def _free(building: Building, arrival: np.ndarray) -> np.ndarray:
-    """Share of each area's cells that do not burn, (MOMENTS, areas)."""
+    """Share of each area's cells that do not burn, (moments, areas)."""
     cells = (arrival[area.floor, *area.cells.T] for area in building.areas)
     return np.stack([1 - _burning(some).mean(axis=1) for some in cells], axis=1)
 
 
 def _shut(building: Building, arrival: np.ndarray) -> np.ndarray:
-    """Find landmarks that are shut, (MOMENTS, nodes) bool."""
+    """Find landmarks that are shut, (moments, nodes) bool."""
     areas, marks = len(building.areas), building.landmarks
-    shut = np.zeros((MOMENTS, areas + len(marks)), dtype=bool)
+    shut = np.zeros((len(moments()), areas + len(marks)), dtype=bool)
     for node, mark in enumerate(marks, areas):
         own = (building.landmark == mark.index) & fuel(building)
         if own.any():
@@ -188,6 +198,6 @@ def _shut(building: Building, arrival: np.ndarray) -> np.ndarray:
 
 
 def _burning(arrival: np.ndarray) -> np.ndarray:
-    """Find which of k cells burn, (MOMENTS, k) bool; arrival: (k,) s [D7]."""
-    since = SECONDS[:, None] - arrival
-    return (since >= 0) & (since < BURN_SECONDS)
+    """Find which of k cells burn, (moments, k) bool; arrival: (k,) s [D7]."""
+    since = moments()[:, None] - arrival
+    return (since >= 0) & (since < paper.BURN_SECONDS)

@@ -1,7 +1,7 @@
 """The score E of robots: their reward weighed against the difficulty of the fire.
 
-Clauses: F1, F2, F3, F9, F10, F12.  A `Ruler` holds the constants of E.  `PAPER` has the
-paper's; `calibrated` makes one as the paper did.
+Clauses: F1, F2, F3, F9, F10, F12.  A `Ruler` holds the constants of E.
+`paper_ruler` has the paper's; `calibrated` makes one as the paper did.
 
     R   reward, health points;          h   difficulty, on the scale of F10
     y   exponential value of a reward;  e′  y and difficulty together, before scaling
@@ -15,7 +15,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from reference.paper import ALPHA, BEST_POINT, BETA, WORST_POINT, InputError, K
+from reference import paper
+from reference.paper import InputError
 
 LARGEST = 1e12  # [F1, chosen] limit of y: above it, difficulty would not count
 
@@ -76,7 +77,7 @@ def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
 
     b = (y₂/y₁)^(α/(R₂−R₁)), c = b^(R₁/α)/y₁.
     """
-    (R_1, y_1), (R_2, y_2), α = worst, best, ALPHA
+    (R_1, y_1), (R_2, y_2), α = worst, best, paper.ALPHA
     b = (y_2 / y_1) ** (α / (R_2 - R_1))
     return b, b ** (R_1 / α) / y_1
 
@@ -91,7 +92,7 @@ def calibrated(
     baseline     the cases that are to score 1 on average: β, their mean e′
     """
     b, c = base_and_control(worst, best)
-    unit = Ruler(ALPHA, b, c, k=1.0, beta=1.0)
+    unit = Ruler(paper.ALPHA, b, c, k=1.0, beta=1.0)
     (R_1, h_1), (R_2, h_2) = sorted(equal, reverse=True)
     harder = unit.difficulty_part(h_2) - unit.difficulty_part(h_1)
     richer = unit.reward_part(R_1) - unit.reward_part(R_2)
@@ -100,5 +101,7 @@ def calibrated(
     return replace(ruler, beta=beta)
 
 
-PAPER = Ruler(ALPHA, *base_and_control(WORST_POINT, BEST_POINT), k=K, beta=BETA)
-"""The constants that the appendix prints, b and c to more digits [F2] [F9]."""
+def paper_ruler() -> Ruler:
+    """The constants that the appendix prints, b and c to more digits [F2] [F9]."""
+    b, c = base_and_control(paper.WORST_POINT, paper.BEST_POINT)
+    return Ruler(paper.ALPHA, b, c, k=paper.K, beta=paper.BETA)

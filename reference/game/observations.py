@@ -14,18 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from reference import paper
 from reference.building import Building, Kind
 from reference.paper import Scenario
 from reference.world import World
 
-SENTINEL = (0.0, 0.0, -1.0)
-"""[C1, chosen] the point of people out or dead, robots whose work is done and fires not
-yet lit: the middle, one storey below the ground, where nothing else can be."""
-
 GRID_KINDS = WALLS, FIRES, EXITS = "walls", "fires", "exits"
 """[C3, chosen] kinds of channels, in this order; each has one channel per floor."""
-
-SMALLEST_GRID = 20  # [C3, chosen] cells: fewer are too small for the convolutions
 
 
 # -- What a vector holds ------------------------------------------------------------
@@ -89,14 +84,15 @@ def vector_layout(building: Building, scenario: Scenario) -> Layout:
         164-166  fire sources on each floor, the first floor first
 
     A human who is out or dead, a robot whose work is done and a fire not yet lit is
-    SENTINEL; people who are gone come last. The fire observes the same from nobody's
-    point of view [D1, chosen]: people and robots by number, the team is all robots.
+    `ABSENT_POINT`; people who are gone come last. The fire observes the same from
+    nobody's point of view [D1, chosen]: people and robots by number, the team is all
+    robots.
     """
     rows, cols = building.kind.shape[1:]
     left, top = building.metres(-0.5, -0.5)
     right, bottom = building.metres(rows - 0.5, cols - 0.5)
     floors, most = building.floors, scenario.sources
-    corners = (left, bottom, SENTINEL[2]), (right, top, float(floors - 1))
+    corners = (left, bottom, paper.ABSENT_POINT[2]), (right, top, float(floors - 1))
     people = sum(scenario.start_counts(floors))
     robots = scenario.robots_per_floor * floors
     zero, end = (0.0,), scenario.time_limit + scenario.tick
@@ -123,7 +119,7 @@ def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
     mates = np.equal.outer(robots[:, 2], robots[:, 2])
     nearest = _nearest_first(robots, humans, world.building.floors)
     me_first = np.lexsort((~np.eye(len(robots), dtype=bool), ~mates), axis=1)
-    robots[~work] = SENTINEL
+    robots[~work] = paper.ABSENT_POINT
     team = (mates & work).sum(axis=1)[:, None, None]
     return _written(world, scenario, humans[nearest], robots[me_first], team)
 
@@ -131,11 +127,11 @@ def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
 def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
     """(V,) float32: what the fire observes, see `vector_layout` [D1].
 
-    Where `NoRobots` plays, all robots of the scenario are SENTINEL.
+    Where `NoRobots` plays, all robots of the scenario are `ABSENT_POINT`.
     """
     robots, work = _robots(world), robots_at_work(world)
-    robots[~work] = SENTINEL
-    robots = robots if len(robots) else np.array(SENTINEL)
+    robots[~work] = paper.ABSENT_POINT
+    robots = robots if len(robots) else np.array(paper.ABSENT_POINT)
     return _written(world, scenario, _humans(world)[None], robots[None], work.sum())[0]
 
 
@@ -147,7 +143,7 @@ def _written(
     team: ArrayLike,
 ) -> np.ndarray:
     """Write vectors (k, V) from points (k, n, 3) and (k, R, 3) and robots at work."""
-    fires = np.tile(SENTINEL, (scenario.sources, 1))
+    fires = np.tile(paper.ABSENT_POINT, (scenario.sources, 1))
     for k, source in enumerate(world.flames.sources[: scenario.sources]):
         fires[k] = source.x, source.y, source.floor
     counts = [[(fires[:, 2] == f).sum()] for f in range(world.building.floors)]
@@ -167,7 +163,7 @@ def _humans(world: World) -> np.ndarray:
     """
     bodies = world.bodies
     humans = np.column_stack([bodies.position, bodies.floor])
-    humans[~bodies.inside] = SENTINEL
+    humans[~bodies.inside] = paper.ABSENT_POINT
     return humans
 
 
@@ -189,7 +185,8 @@ def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.nd
     [C4, deviation] The paper's agents of a floor observe the same; ours the same in an
     order of their own, since identical inputs could not tell two mates apart.
     First its own floor, then those above, whose people will come through, then those
-    below; nearer floors first, SENTINEL last. Within a floor by distance in metres.
+    below; nearer floors first, `ABSENT_POINT` last. Within a floor by distance in
+    metres.
     """
     off = humans - robots[:, None]
     up = off[..., 2]
@@ -236,8 +233,9 @@ def _middle_and_half(building: Building) -> tuple[np.ndarray, np.ndarray]:
 def grid_shape(building: Building) -> tuple[int, int, int]:
     """Channels, height and width; 9 x 40 x 40 for the paper [C3]."""
     left, bottom, right, top = building.body
-    height, width = max(top - bottom, SMALLEST_GRID), max(right - left, SMALLEST_GRID)
-    return len(GRID_KINDS) * building.floors, int(height), int(width)
+    height = int(max(top - bottom, paper.SMALLEST_GRID))
+    width = int(max(right - left, paper.SMALLEST_GRID))
+    return len(GRID_KINDS) * building.floors, height, width
 
 
 def grid(world: World) -> np.ndarray:

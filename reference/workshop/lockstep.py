@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from reference import humans, motion, walking
+from reference import humans, motion, paper, walking
 from reference.simulation import Simulation
 from reference.view import View, points, show_bodies, views_of
 from reference.walking import Touched
@@ -135,7 +135,7 @@ class Lockstep:
         def turns(held_up: np.ndarray) -> np.ndarray:
             """Draw from each world's own generator."""
             held = np.bincount(who[held_up] // self.n, minlength=len(self.runs))
-            limit, drawn = motion.SHUFFLE_TURN, [np.zeros(0)]
+            limit, drawn = paper.SHUFFLE_TURN, [np.zeros(0)]
             for run, count, idle in zip(self.runs, held.tolist(), lonely, strict=True):
                 rng = run.rng["bodies"]
                 turn = np.zeros(count) if idle else rng.uniform(-limit, limit, count)

@@ -39,11 +39,12 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
+from reference import paper
 from reference.building import Building
 from reference.fire import FireStrategy
 from reference.game import observations
 from reference.game.environment import Environment, Infos, Returns, Seen, action_size
-from reference.paper import HEALTH, Scenario
+from reference.paper import Scenario
 from reference.robots import RobotStrategy
 from reference.workshop.comparing.named import fitting
 from reference.workshop.drawing.evacuation import Scene, tally
@@ -168,7 +169,7 @@ class FlatEnvironment(ZooEnvironment):
     def __init__(self, *args: Any, **chosen: Any):
         """What `ZooEnvironment` takes."""
         super().__init__(*args, **chosen)
-        self.unit = HEALTH * max(len(self.environment.simulation.world.bodies), 1)
+        self.unit = paper.HEALTH * max(len(self.environment.simulation.world.bodies), 1)
         self._observed = self.state_space = spaces.Box(-1, 1, (self.layout.size,))
 
     def step(self, actions: Mapping[str, Any]) -> Returns:

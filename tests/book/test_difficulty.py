@@ -9,24 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from movies import body, built, flames, shipped, stage
 
+from reference import paper
 from reference.building import OUTSIDE, Kind, burn
 from reference.evaluation.difficulty import (
-    HARDEST,
-    MOMENTS,
     arrival_of,
     difficulty,
+    hardest,
+    moments,
     people_in,
     ways_lost,
 )
-from reference.evaluation.score import PAPER
+from reference.evaluation.score import paper_ruler
 from reference.fire import RandomFire, Spread, fuel, rim
-from reference.paper import (
-    BURN_SECONDS,
-    FIRE_SOURCES,
-    FLAME_SECONDS,
-    HEALTH_SECONDS,
-    Scenario,
-)
+from reference.paper import BURN_SECONDS, FIRE_SOURCES, FLAME_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.walking import enter_stairs
 from reference.workshop.strategies import ROBOTS
@@ -83,26 +78,27 @@ def lost(building, cells):
 @pytest.mark.paper("F10", "F11")
 @pytest.mark.parametrize("name", ["tiny", "paper", "tower", "maze"])
 def test_h_is_0_without_fire_and_2312_if_all_burns_at_once(name):
-    """It burns out, so that is 0.6 of HARDEST, which scores 1 on the paper's ruler."""
+    """It burns out, so that is 0.6 of the hardest: 1 on the paper's ruler."""
     building = shipped(name)
     never, at_once = np.full(building.kind.shape, inf), np.zeros(building.kind.shape)
     assert h_of(building, never) == 0
     assert h_of(building, at_once) == pytest.approx(2312, abs=1)
-    assert pytest.approx(2312, abs=1) == 0.6 * HARDEST
-    assert PAPER.score(-40_000, HARDEST) == pytest.approx(1, abs=1e-5)
+    assert pytest.approx(2312, abs=1) == 0.6 * hardest()
+    assert paper_ruler().score(-40_000, hardest()) == pytest.approx(1, abs=1e-5)
 
 
 @pytest.mark.paper("F11")
 @settings(max_examples=20)
-@given(share=st.integers(0, MOMENTS))
+@given(share=st.integers(0, len(moments())))
 def test_all_ways_cut_at_once_cost_the_health_lost_till_they_open_again(share):
-    """As a share of HARDEST, wherever people start: squares of the health left."""
-    building, t = built(TWO_ROOMS), HEALTH_SECONDS * share / MOMENTS
+    """As a share of the hardest, wherever people start: squares of the health left."""
+    building, t = built(TWO_ROOMS), paper.health_seconds() * share / len(moments())
     h = h_of(building, np.full(building.kind.shape, t))
     shut, opens = (
-        max(0, 1 - seconds / HEALTH_SECONDS) ** 2 for seconds in (t, t + BURN_SECONDS)
+        max(0, 1 - seconds / paper.health_seconds()) ** 2
+        for seconds in (t, t + BURN_SECONDS)
     )
-    assert h == pytest.approx(HARDEST * (shut - opens) ** 0.5)
+    assert h == pytest.approx(hardest() * (shut - opens) ** 0.5)
 
 
 FLOORS = ["tiny", "paper", "tower"]
@@ -132,7 +128,7 @@ def test_what_burns_besides_and_earlier_fire_are_at_least_as_difficult(fire, sec
     many = np.where(np.isfinite(fewer), fewer, then)
     sooner = many - FLAME_SECONDS * int(min(seconds, many.min()) / FLAME_SECONDS)
     found = [h_of(spread.building, burns) for burns in (fewer, many, sooner)]
-    assert 0 <= found[0] <= found[1] <= found[2] <= HARDEST
+    assert 0 <= found[0] <= found[1] <= found[2] <= hardest()
 
 
 @pytest.mark.paper("F11")
@@ -223,7 +219,7 @@ def test_a_room_wholly_inside_a_clearance_is_never_shut():
     everything = burning(building, fuel(building))
     shut = ways_lost(building, everything)[0]
     assert shut[[hall, porch]].tolist() == [1, 0]
-    assert h_of(building, everything) < HARDEST
+    assert h_of(building, everything) < hardest()
 
 
 @pytest.mark.paper("A3")

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.distance import pdist
 
-from reference import motion
+from reference import motion, paper
 from reference.paper import BODY_RADIUS, WALKING_SPEED, Scenario
 from reference.workshop.measuring.halls import Crowd, built, people
 
@@ -64,7 +64,9 @@ def test_where_both_ways_along_a_wall_are_free_a_body_slides_east_or_west():
 def test_people_walk_a_little_to_the_right_of_their_target():
     """ASIDE of it, so ten metres away a tenth of that for each metre walked."""
     track = walk([[0, 0]], [[10, 0]], ticks=1)
-    assert track[1, 0] == pytest.approx([STRIDE, -STRIDE * motion.ASIDE / 10], abs=1e-3)
+    assert track[1, 0] == pytest.approx(
+        [STRIDE, -STRIDE * paper.ASIDE_METRES / 10], abs=1e-3
+    )
 
 
 # -- Two bodies ---------------------------------------------------------------------
@@ -76,7 +78,7 @@ def test_of_two_in_each_others_way_only_one_waits():
     track = walk([[0, 0], [0.8, 0]], [[8.7, 5], [-9.6, -6]], ticks=1)
     steps = np.hypot(*np.diff(track, axis=0)[0].T)
     gap = 0.8 - 2 * BODY_RADIUS
-    assert steps == pytest.approx([STRIDE, gap / motion.GAP_SECONDS * TICK], rel=1e-3)
+    assert steps == pytest.approx([STRIDE, gap / paper.GAP_SECONDS * TICK], rel=1e-3)
 
 
 @pytest.mark.paper("A9", "chosen")
@@ -113,7 +115,7 @@ def test_nobody_ever_overlaps_anybody(seed):
     start = np.stack([cells // 10, cells % 10], axis=1) + 0.5
     aim = rng.uniform(0, 10, (40, 2))
     track = walk(start, aim, 100, lambda at: ((at > 0) & (at < 10)).all(axis=1))
-    assert min(pdist(at).min() for at in track) >= motion.SHOULDERS - 1e-6
+    assert min(pdist(at).min() for at in track) >= paper.SHOULDER_METRES - 1e-6
     assert track.min() > 0 and track.max() < 10
 
 
@@ -134,7 +136,7 @@ def test_people_who_meet_turn_their_shoulders():
     """In a corridor where two abreast would overlap they pass each other."""
     track = walk([[0, 0.1], [4, -0.1]], [[9, 0], [-9, 0]], 60, corridor(0.38))
     assert track[-1, 0, 0] > 4 and track[-1, 1, 0] < 0
-    assert motion.SHOULDERS - 1e-6 < min(pdist(at)[0] for at in track) < TOUCHING
+    assert paper.SHOULDER_METRES - 1e-6 < min(pdist(at)[0] for at in track) < TOUCHING
 
 
 @pytest.mark.paper("A9", "chosen")

@@ -15,7 +15,6 @@ from scipy.spatial.distance import pdist
 from reference import paper
 from reference.building import Building, Kind
 from reference.fire import RandomFire
-from reference.motion import SHOULDERS
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import maps
@@ -77,7 +76,7 @@ def nobody_is_in_anybody(sim, now):
     """Middles keep apart, those of people who meet by the depth of a body."""
     at = np.column_stack([now["position"], 1e3 * now["floor"]])
     far = pdist(at[sim.world.bodies.walking])
-    assert far.min(initial=9) > SHOULDERS - 1e-6
+    assert far.min(initial=9) > paper.SHOULDER_METRES - 1e-6
 
 
 def everybody_has_one_end(sim):
@@ -349,7 +348,7 @@ def test_people_wait_on_the_stairs_until_the_entrance_is_free():
     people, entrance = sim.world.bodies, sim.building.stairwells[0].entrances[0][0]
     people.pace[0], people.position[0] = 0, sim.building.landmarks[entrance].position
     people.place[0] -= 1
-    play(sim, paper.STAIRS_SECONDS + 6)
+    play(sim, paper.stairs_seconds() + 6)
     assert not people.walking[1]
     people.pace[0] = paper.WALKING_SPEED
     play(sim, 3)
@@ -366,7 +365,7 @@ def test_the_slow_take_longer_on_the_stairs():
         play_until(sim, lambda sim=sim: sim.world.bodies.stairwell[0] >= 0)
         seconds.append(sim.world.bodies.stairs_until[0] - sim.world.time)
     assert seconds == pytest.approx(
-        [paper.STAIRS_SECONDS, 2 * paper.STAIRS_SECONDS], abs=sim.tick
+        [paper.stairs_seconds(), 2 * paper.stairs_seconds()], abs=sim.tick
     )
 
 

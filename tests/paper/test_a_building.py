@@ -7,7 +7,7 @@ from conftest import ROOT
 
 from reference.building import OUTSIDE, Building, Kind, building_of, burn, plan_of
 from reference.floorplan import parse
-from reference.paper import BODY_SIZE, FLOORS, STAIRS_SECONDS, WALKING_SPEED
+from reference.paper import BODY_SIZE, FLOORS, WALKING_SPEED, stairs_seconds
 from reference.workshop.maps import load
 
 HOUSE = """\
@@ -122,7 +122,7 @@ def test_an_edge_tells_what_it_is_how_wide_and_how_long(house):
     assert door == {"kind": "door", "width": 2, "length": 4.5}
     stairs = house.graph.edges["1/A", "2/A", "A:1-2"]
     assert stairs["kind"] == "stairs"
-    assert stairs["length"] == STAIRS_SECONDS * WALKING_SPEED
+    assert stairs["length"] == stairs_seconds() * WALKING_SPEED
 
 
 def test_a_node_tells_what_it_is_and_where(house):

@@ -26,7 +26,7 @@ from reference import paper
 from reference.building import Kind
 from reference.fire import NoFire, RandomFire
 from reference.paper import Scenario
-from reference.robots import CROWD_GAP, FOLLOWER_GAP, NoRobots
+from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.strategies.worst_case import First
 from reference.world import (
@@ -137,7 +137,7 @@ def test_robots_move_before_people():
     sim = stage("#p..R......E", follows="pR")
     robot = sim.world.robots[0]
     robot.way = [robot.place + 5]
-    gap = FOLLOWER_GAP + CROWD_GAP
+    gap = paper.FOLLOWER_GAP + paper.CROWD_GAP
     start = robot.position.copy()
     sim.world.bodies.position[0] = start - (gap + 0.1, 0)
     sim.world.bodies.place[0] = sim.navigation.place(0, *sim.world.bodies.position[0])

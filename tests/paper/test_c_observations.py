@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from movies import shipped, stage, wait
 
+from reference import paper
 from reference.fire import RandomFire
 from reference.game import observations
-from reference.game.observations import SENTINEL
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.strategies.guides import Sweep
@@ -159,7 +159,7 @@ def test_fire_sources_come_in_the_order_of_lighting():
     sim.world.flames.sources.extend(lit)
     fires = decoded(sim).fires
     assert fires[:2].tolist() == [[2.5, -3.5, 1], [-8.5, 15.5, 0]]
-    assert (fires[2:] == SENTINEL).all()
+    assert (fires[2:] == paper.ABSENT_POINT).all()
 
 
 @pytest.mark.paper("D1", "C1")
@@ -183,8 +183,8 @@ def test_who_is_out_or_dead_is_below_the_ground_and_last(fate):
     sim = stage(TWO_FLOORS)
     sim.world.bodies.fate[0] = fate
     humans = decoded(sim).humans
-    assert humans[-1].tolist() == list(SENTINEL)
-    assert (humans[:-1] != SENTINEL).any(axis=1).all()
+    assert humans[-1].tolist() == list(paper.ABSENT_POINT)
+    assert (humans[:-1] != paper.ABSENT_POINT).any(axis=1).all()
 
 
 @pytest.mark.paper("C8")
@@ -193,9 +193,9 @@ def test_a_robot_whose_work_is_done_is_below_the_ground():
     sim = stage(TWO_FLOORS)
     bodies = sim.world.bodies
     bodies.fate[bodies.floor == 1] = Fate.EVACUATED
-    below = (decoded(sim, k=0).robots == SENTINEL).all(axis=1)
+    below = (decoded(sim, k=0).robots == paper.ABSENT_POINT).all(axis=1)
     assert below.tolist() == [False, True]
-    below = (fire_decoded(sim).robots == SENTINEL).all(axis=1)
+    below = (fire_decoded(sim).robots == paper.ABSENT_POINT).all(axis=1)
     assert below.tolist() == [False, True]
 
 
@@ -254,9 +254,11 @@ def test_the_fire_keeps_everybody_at_their_own_number():
     sim.world.bodies.fate[0] = Fate.EVACUATED
     bodies, seen = sim.world.bodies, fire_decoded(sim)
     points = np.column_stack([bodies.position, bodies.floor])
-    points[~bodies.inside] = SENTINEL
+    points[~bodies.inside] = paper.ABSENT_POINT
     assert np.array_equal(seen.humans, np.float32(points))
-    assert seen.humans[0].tolist() == list(SENTINEL) != seen.humans[1].tolist()
+    assert (
+        seen.humans[0].tolist() == list(paper.ABSENT_POINT) != seen.humans[1].tolist()
+    )
     robots = [[*robot.position, robot.floor] for robot in sim.world.robots]
     assert np.array_equal(seen.robots, np.float32(robots))
 
@@ -273,7 +275,9 @@ def test_robots_and_the_fire_are_told_the_same(name):
         assert sorted(robot.robots.tolist()) == sorted(fire.robots.tolist())
         for block in ("fires", "fires_per_floor", "time"):
             assert np.array_equal(getattr(robot, block), getattr(fire, block))
-    assert (fire.fires != SENTINEL).any() and fire.time.item() == pytest.approx(30)
+    assert (
+        fire.fires != paper.ABSENT_POINT
+    ).any() and fire.time.item() == pytest.approx(30)
 
 
 @pytest.mark.paper("E4", "deviation")

@@ -9,7 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reference.evaluation import score
-from reference.evaluation.score import PAPER, RulerError, base_and_control, calibrated
+from reference.evaluation.score import (
+    RulerError,
+    base_and_control,
+    calibrated,
+    paper_ruler,
+)
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
 from reference.workshop.comparing.results import ruler_of
 
@@ -17,7 +22,7 @@ POINTS = (WORST_POINT, BEST_POINT)
 EASY, HARD = (14_000.0, 2418.0), (10_000.0, 3559.0)
 """Two cases on the paper's line E = 1 [F10]."""
 
-REWARDS = st.floats(-1e9, PAPER.reward_at(score.LARGEST) - 1)
+REWARDS = st.floats(-1e9, paper_ruler().reward_at(score.LARGEST) - 1)
 DIFFICULTIES = st.floats(0, 4000)
 
 
@@ -56,8 +61,8 @@ def test_b_and_c_follow_from_the_two_critical_points():
 @pytest.mark.parametrize(("reward", "y"), POINTS)
 def test_equation_4_passes_through_both_critical_points(reward, y):
     """y(-12000) = 0.1 and y(14000) = 1000."""
-    assert PAPER.reward_part(reward) == pytest.approx(y)
-    assert PAPER.reward_at(y) == pytest.approx(reward)
+    assert paper_ruler().reward_part(reward) == pytest.approx(y)
+    assert paper_ruler().reward_at(y) == pytest.approx(reward)
 
 
 @pytest.mark.paper("F3", "Eq. 4")
@@ -67,17 +72,17 @@ def test_equation_4_passes_through_both_critical_points(reward, y):
 )
 def test_the_slopes_of_equation_4_are_those_of_the_text(reward, slope, printed):
     """Exact to three digits, and to the one digit that is printed."""
-    assert PAPER.slope(reward) == pytest.approx(slope, rel=2e-3)
-    assert float(f"{PAPER.slope(reward):.0e}") == printed
+    assert paper_ruler().slope(reward) == pytest.approx(slope, rel=2e-3)
+    assert float(f"{paper_ruler().slope(reward):.0e}") == printed
 
 
 @pytest.mark.paper("F9", "Eq. 8")
 def test_e_is_one_where_e_prime_is_1649_7():
     """Reward 10000 and difficulty 3558.83 are such a case: y = 242.4, the rest is h."""
-    y, of_h = PAPER.reward_part(10_000), PAPER.difficulty_part(3558.83)
+    y, of_h = paper_ruler().reward_part(10_000), paper_ruler().difficulty_part(3558.83)
     assert (y, of_h) == pytest.approx((242.4, 1407.3), abs=0.1)
     assert y + of_h == pytest.approx(1649.7, abs=0.01)
-    assert PAPER.score(10_000, 3558.83) == pytest.approx(1, abs=1e-5)
+    assert paper_ruler().score(10_000, 3558.83) == pytest.approx(1, abs=1e-5)
 
 
 @pytest.mark.paper("F10")
@@ -86,15 +91,16 @@ def test_e_is_one_where_e_prime_is_1649_7():
 )
 def test_the_baselines_score_is_one_along_this_difficulty(reward, difficulty):
     """h = √((β - y(R)) k) α, on a scale of 0 to about 4000."""
-    assert PAPER.difficulty_at(reward) == pytest.approx(difficulty, abs=0.5)
-    assert PAPER.score(reward, PAPER.difficulty_at(reward)) == pytest.approx(1)
+    assert paper_ruler().difficulty_at(reward) == pytest.approx(difficulty, abs=0.5)
+    h = paper_ruler().difficulty_at(reward)
+    assert paper_ruler().score(reward, h) == pytest.approx(1)
 
 
 @pytest.mark.paper("F10")
 def test_without_fire_even_the_best_reward_scores_below_one():
     """E = 1 would take 15413 health points, more than R_b."""
-    assert PAPER.reward_at(BETA) == pytest.approx(15_413, abs=1)
-    assert PAPER.score(15_000, 0) == pytest.approx(0.863, abs=1e-3)
+    assert paper_ruler().reward_at(BETA) == pytest.approx(15_413, abs=1)
+    assert paper_ruler().score(15_000, 0) == pytest.approx(0.863, abs=1e-3)
 
 
 # -- Calibration --------------------------------------------------------------------
@@ -107,7 +113,7 @@ def test_the_procedure_reproduces_the_papers_constants():
     assert ruler == calibrated(*POINTS, (HARD, EASY), [HARD])
     assert ruler.k == pytest.approx(K, rel=1e-3)
     assert ruler.beta == pytest.approx(BETA, rel=1e-3)
-    assert (ruler.base, ruler.control) == (PAPER.base, PAPER.control)
+    assert (ruler.base, ruler.control) == (paper_ruler().base, paper_ruler().control)
     assert ruler.score(*EASY) == pytest.approx(ruler.score(*HARD))
 
 
@@ -153,8 +159,8 @@ def test_a_ruler_may_be_made_for_another_number_of_people():
 @given(REWARDS, REWARDS, DIFFICULTIES, DIFFICULTIES)
 def test_more_reward_and_more_difficulty_never_score_less(R_1, R_2, h_1, h_2):
     """And no reading of the ruler is negative, nan or inf."""
-    least = PAPER.score(min(R_1, R_2), min(h_1, h_2))
-    most = PAPER.score(max(R_1, R_2), max(h_1, h_2))
+    least = paper_ruler().score(min(R_1, R_2), min(h_1, h_2))
+    most = paper_ruler().score(max(R_1, R_2), max(h_1, h_2))
     assert 0 <= least <= most < np.inf
 
 
@@ -164,9 +170,9 @@ def test_more_reward_and_more_difficulty_never_score_less(R_1, R_2, h_1, h_2):
 @pytest.mark.parametrize("reward", [73_000, 1e308, float("inf")])
 def test_refuses_rewards_that_lie_off_the_ruler(reward):
     """Forty people earn 16000 at most; who has more of them calibrates anew."""
-    assert PAPER.score(PEOPLE * 400.0, 4000.0) == pytest.approx(2.31, abs=0.01)
+    assert paper_ruler().score(PEOPLE * 400.0, 4000.0) == pytest.approx(2.31, abs=0.01)
     with pytest.raises(RulerError, match="reads at most 72500: calibrate"):
-        PAPER.score(np.array([0.0, reward]), 0.0)
+        paper_ruler().score(np.array([0.0, reward]), 0.0)
 
 
 @pytest.mark.paper("F12")

@@ -36,7 +36,7 @@ A3 walking
   - bodies.stairs_until[i] +=
   + bodies.stairs_until[i] += 2 *
 A3 walking
-  - >= DIAMETER).all()
+  - >= paper.body_diameter()).all()
   + >= 0).all()
 A4 simulation
   - self._leave(i, Fate.EVACUATED)
@@ -75,11 +75,11 @@ A9 motion
   - (at_me | ~standing[i])
   + ~standing[i]
 A9 motion
-  - np.maximum(s[front], 0) / GAP_SECONDS)
+  - np.maximum(s[front], 0) / paper.GAP_SECONDS)
   + 9 + 0 * s[front])
 A9 motion
-  - room = np.where(facing, SHOULDERS, DIAMETER)
-  + room = np.where(facing, DIAMETER, DIAMETER)
+  - room = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
+  + room = np.where(facing, paper.body_diameter(), paper.body_diameter())
 B1 rays
   - clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))
   + clear = building.walkable.copy()
@@ -165,10 +165,10 @@ C6 robots
   - return min(near, key=lambda centre: dist((x, y), centre), default=(x, y))
   + return (x, y)
 C7 robots
-  - waits = gap > FOLLOWER_GAP
-  + waits = gap > 9 + FOLLOWER_GAP
+  - waits = gap > paper.FOLLOWER_GAP
+  + waits = gap > 9 + paper.FOLLOWER_GAP
 C7 robots
-  - < DOORWAY:
+  - < paper.DOORWAY_METRES:
   + < 0:
 C8 robots
   - if not robot.active:
@@ -264,8 +264,8 @@ F5 paper
   - FIXED_PENALTY = 300.0
   + FIXED_PENALTY = 301.0
 F6 evaluation/bounds
-  - (sum(HEALTH - loss for loss in losses(building)) + FIXED_REWARD)
-  + sum(HEALTH - loss for loss in losses(building))
+  - return people * (on_floors + paper.FIXED_REWARD)
+  + return people * on_floors
 F7 evaluation/bounds
   - way / paper.WALKING_SPEED * lost
   + way / paper.WALKING_SPEED / lost

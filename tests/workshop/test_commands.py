@@ -453,7 +453,9 @@ def test_a_mistake_of_our_own_is_not_told_as_the_users(monkeypatch):
 @pytest.mark.slow
 def test_bench_measures_the_world_both_learners_and_rollouts(capsys, monkeypatch):
     """Each in its unit per second; for people a line for each figure."""
-    monkeypatch.setattr(bench, "CASES", {"9": (9, 2.0), "too many": (10**5, 1.0)})
+    monkeypatch.setattr(
+        bench, "cases", lambda: {"9": (9, 2.0), "too many": (10**5, 1.0)}
+    )
     for name in ("RUNS", "BATCHES"):
         monkeypatch.setattr(bench, name, 1)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)

@@ -12,7 +12,7 @@ from outcomes import result
 from trainings import Stopped, begun, room_for, tiny, trained
 
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
-from reference.evaluation.score import PAPER
+from reference.evaluation.score import paper_ruler
 from reference.fire import RandomFire
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
@@ -164,12 +164,12 @@ def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
     ours = [result("patrol", seed=k, survival=s) for k, s in enumerate((0.5, 1.0, 0))]
     theirs = [result("sweep", seed=k, survival=s) for k, s in ((1, 0.5), (0, 0.25))]
     elsewhere = result("patrol", fire="greedy")
-    found = cells([*ours, *theirs, elsewhere], PAPER, "sweep")
+    found = cells([*ours, *theirs, elsewhere], paper_ruler(), "sweep")
     assert [cell.gain for cell in found] == [of_mean([0.25, 0.5]), (0, 0, 0), None]
     first, line, *_ = table(found).splitlines()
     assert "less baseline's" in first
     assert "37.5 [25.0, 50.0]" in line
-    assert "baseline" not in table(cells(ours, PAPER))
+    assert "baseline" not in table(cells(ours, paper_ruler()))
 
 
 @pytest.mark.paper("F9")
@@ -177,19 +177,19 @@ def test_the_score_of_a_cell_is_that_of_its_means():
     """E is convex: a mean of scores would pay for being unreliable."""
     steady = [result("steady", seed=k, reward=8000.0) for k in range(8)]
     gamble = [result("gamble", seed=k, reward=16000.0 * (k % 2)) for k in range(8)]
-    one, other = cells([*steady, *gamble], PAPER)
-    assert one.score.mean == pytest.approx(PAPER.score(8000.0, 1000.0))
+    one, other = cells([*steady, *gamble], paper_ruler())
+    assert one.score.mean == pytest.approx(paper_ruler().score(8000.0, 1000.0))
     assert other.score.mean == pytest.approx(one.score.mean)
-    scores = [PAPER.score(run.reward, run.difficulty) for run in gamble]
+    scores = [paper_ruler().score(run.reward, run.difficulty) for run in gamble]
     assert np.mean(scores) > 4 * one.score.mean
     assert other.score.low < one.score.low == one.score.high < other.score.high
 
 
 def test_where_nobody_gets_out_there_is_no_time_and_no_health():
     """Neither nan nor 0 in any of what is printed and written."""
-    dead = cells([result(**NOBODY_OUT), result("none", reward=1e9)], PAPER)
+    dead = cells([result(**NOBODY_OUT), result("none", reward=1e9)], paper_ruler())
     assert dead[0].evacuation_time is dead[0].mean_health is dead[1].score is None
-    facts = as_json(begin(**SMALL), PAPER, dead)
+    facts = as_json(begin(**SMALL), paper_ruler(), dead)
     assert json.loads(json.dumps(facts, allow_nan=False)) == facts
     assert "nan" not in table(dead) and "inf" not in table(dead)
 
@@ -197,7 +197,7 @@ def test_where_nobody_gets_out_there_is_no_time_and_no_health():
 def test_the_table_is_aligned_and_says_what_is_missing():
     """A line for each match, under a line of heads."""
     dead = [result("none", seed=seed, **NOBODY_OUT) for seed in (0, 1)]
-    first, *lines, note = table(cells([result(), *dead], PAPER)).splitlines()
+    first, *lines, note = table(cells([result(), *dead], paper_ruler())).splitlines()
     assert first.split()[:3] == ["robots", "fire", "runs"]
     assert [line.split()[:5] for line in lines] == [
         ["sweep", "random", "1", "50.0", "0"],  # a single run has no interval
@@ -205,7 +205,7 @@ def test_the_table_is_aligned_and_says_what_is_missing():
     ]
     assert len({len(line) for line in (first, *lines)}) == 1
     assert note.startswith("-: nobody got out")
-    assert "nobody" not in table(cells([result()], PAPER))
+    assert "nobody" not in table(cells([result()], paper_ruler()))
 
 
 # -- Refusals -----------------------------------------------------------------------

@@ -5,7 +5,7 @@ import pytest
 from outcomes import result
 from pages import overlaps
 
-from reference.evaluation.score import PAPER
+from reference.evaluation.score import paper_ruler
 from reference.workshop.comparing import cells
 from reference.workshop.comparing.results import mean_and_interval
 from reference.workshop.drawing.crossplay import curves, matrix
@@ -29,7 +29,7 @@ def results(robots, fires, runs=5):
 def test_nothing_overlaps_in_either_picture(size):
     """From one match to many, with checkpoints among the names; nor do curves agree."""
     found = results(ROBOTS[: size[0]], FIRES[-size[1] :], runs=2)
-    assert overlaps(matrix(cells(found, PAPER))) == []
+    assert overlaps(matrix(cells(found, paper_ruler()))) == []
     figure = curves(found)
     assert overlaps(figure) == []
     lines = figure.axes[0].lines
@@ -40,7 +40,7 @@ def test_nothing_overlaps_in_either_picture(size):
 def test_every_match_is_a_box_with_its_mean_and_interval():
     """Robots go down, fires across; a single run has no interval."""
     for runs in (5, 1):
-        found = cells(results(("none", "sweep"), ("random",), runs), PAPER)
+        found = cells(results(("none", "sweep"), ("random",), runs), paper_ruler())
         axes = matrix(found).axes[0]
         written = [text.get_text() for text in axes.texts]
         expected = ["\n".join(mean_and_interval(cell, "survival")) for cell in found]
@@ -52,7 +52,8 @@ def test_every_match_is_a_box_with_its_mean_and_interval():
 
 def test_orange_is_where_the_fire_wins_and_blue_where_the_robots_do():
     """Told apart by every eye; half of the people is white between them."""
-    image = matrix(cells(results(("none",), ("none",)), PAPER)).axes[0].images[0]
+    figure = matrix(cells(results(("none",), ("none",)), paper_ruler()))
+    image = figure.axes[0].images[0]
     lost, won = image.to_rgba([0.0, 1.0])[:, :3]
     assert won[2] > won[0] + 0.3
     assert lost[0] > lost[2] + 0.3
@@ -63,7 +64,7 @@ def test_a_curve_ends_at_the_mean_survival_within_its_band():
     runs = results(("none", "sweep"), ("random", "greedy"))
     panels = curves(runs).axes
     assert len(panels) == 2
-    mean = cells(runs, PAPER)[0].survival.mean
+    mean = cells(runs, paper_ruler())[0].survival.mean
     line, band = panels[0].lines[0], panels[0].collections[0].get_paths()[0]
     assert line.get_ydata()[-1] == pytest.approx(100 * mean)
     low, high = band.get_extents().y0, band.get_extents().y1

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from pages import overlaps, writing
 
-from reference.evaluation.score import PAPER, base_and_control
+from reference.evaluation.score import base_and_control, paper_ruler
 from reference.paper import BETA
 from reference.workshop.comparing import Cell
 from reference.workshop.comparing.intervals import Interval
 from reference.workshop.drawing import ruler as drawing
 
 B, C = base_and_control((-1200, 0.1), (1100, 1000))
-FEW = type(PAPER)(alpha=1000, base=B, control=C, k=0.02, beta=300)
+FEW = type(paper_ruler())(alpha=1000, base=B, control=C, k=0.02, beta=300)
 """A ruler for four people."""
 
 
@@ -67,10 +67,10 @@ def test_the_tangents_have_the_slopes_that_the_text_names(papers):
 @pytest.mark.paper("F10")
 def test_e_is_one_along_the_bold_line():
     """From reward alone to difficulty alone, about 3850."""
-    axes = drawing.contours(PAPER, []).axes[0]
+    axes = drawing.contours(paper_ruler(), []).axes[0]
     (line,) = (lines for lines in axes.collections if 2 < lines.get_linewidth()[0] < 3)
     R, h = np.concatenate([path.vertices for path in line.get_paths()]).T
-    assert PAPER.score(R, h) == pytest.approx(np.ones(len(R)), abs=0.01)
+    assert paper_ruler().score(R, h) == pytest.approx(np.ones(len(R)), abs=0.01)
     assert h.max() == pytest.approx(3855, rel=5e-3)
 
 
@@ -78,13 +78,14 @@ def test_every_match_is_a_point_with_its_intervals_and_its_score():
     """Mean reward and difficulty; what lies off the ruler is left out."""
     match = cell("sweep", "random", 9000, 2000, 200, 150)
     lost = replace(cell("sweep", "none", 9e4, 0), score=None)
-    figure = drawing.contours(PAPER, [lost, match])
+    figure = drawing.contours(paper_ruler(), [lost, match])
     axes = figure.axes[0]
     assert dots(axes).tolist() == [[9000, 2000]]
     across, up = (line.get_xydata().tolist() for line in axes.lines[:2])
     assert across == [[8800, 2000], [9200, 2000]]
     assert up == [[9000, 1850], [9000, 2150]]
-    assert f"sweep, fire random  {PAPER.score(9000, 2000):.2f}" in writing(figure)
+    score = paper_ruler().score(9000, 2000)
+    assert f"sweep, fire random  {score:.2f}" in writing(figure)
 
 
 def test_a_colour_is_a_team_and_a_shape_is_a_fire():
@@ -93,7 +94,7 @@ def test_a_colour_is_a_team_and_a_shape_is_a_fire():
         cell(robots, fire, 5000 + 500 * k, 900 * k)
         for k, (robots, fire) in enumerate(product(("none", "sweep"), "abcdefgh"))
     ]
-    axes = drawing.contours(PAPER, pairs).axes[0]
+    axes = drawing.contours(paper_ruler(), pairs).axes[0]
     drawn = axes.lines[2::3]
     colours = [line.get_markerfacecolor() for line in drawn]
     shapes = [line.get_marker() for line in drawn]
@@ -103,8 +104,10 @@ def test_a_colour_is_a_team_and_a_shape_is_a_fire():
 
 PAGES = {
     "for few people": lambda: drawing.curve(FEW, 1500),
-    "twelve pairs": lambda: drawing.contours(PAPER, list(cells(12))),
-    "forty paths": lambda: drawing.contours(PAPER, list(cells(40, "out/of-a/" * 9))),
+    "twelve pairs": lambda: drawing.contours(paper_ruler(), list(cells(12))),
+    "forty paths": lambda: drawing.contours(
+        paper_ruler(), list(cells(40, "out/of-a/" * 9))
+    ),
     "of few people": lambda: drawing.contours(FEW, [cell("sweep", "none", 800, 1500)]),
 }
 

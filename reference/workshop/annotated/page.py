@@ -20,8 +20,8 @@ from pygments.lexers import PythonLexer
 from pygments.token import Comment, Keyword, Number, Operator, String
 
 import reference
+from reference import paper
 from reference.building import Building
-from reference.paper import TABLE_I, TABLE_II
 from reference.workshop import drawing
 from reference.workshop.annotated import index
 from reference.workshop.annotated.words import TITLES, WORDS
@@ -53,7 +53,7 @@ def page(building: Building, folder: Path) -> str:
         index=index,
         words=WORDS,
         titles=TITLES,
-        tables=(TABLE_I, TABLE_II),
+        tables=(paper.TABLE_I, paper.TABLE_II),
         read_at=read_at,
         pictures=_pictures(building),
         version=reference.__version__,

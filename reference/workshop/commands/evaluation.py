@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from reference.evaluation.bounds import best_reward, critical_points
-from reference.evaluation.score import PAPER, Ruler, RulerError
+from reference.evaluation.score import Ruler, RulerError, paper_ruler
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, resumable, tell
 from reference.workshop.comparing import matches, results, runs
@@ -91,7 +91,7 @@ def _ruler(
     evaluation: Evaluation, played: list[RunResult], baseline: str | None
 ) -> tuple[Ruler | None, str]:
     """The paper's ruler, or one that a baseline calibrates; and which, or why none."""
-    ruler, which = PAPER, "the paper's ruler"
+    ruler, which = paper_ruler(), "the paper's ruler"
     if baseline:
         which = f"a ruler on which {baseline} scores 1 over its fires"
         arena = evaluation.arena

@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import Any
 
 import reference
+from reference import paper
 from reference.building import Building, building_of, plan_of
 from reference.learning.settings import SIDES, Side
-from reference.paper import ROBOTS_PER_FLOOR, InputError, Scenario
+from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import encounter, strategy_named
 from reference.workshop.maps import load
@@ -156,7 +157,7 @@ def begin(
     if people is not None:
         scenario = replace(scenario, people=people, people_per_floor=None)
     if not scenario.robots_per_floor and {*robots} != {"none"}:
-        scenario = replace(scenario, robots_per_floor=ROBOTS_PER_FLOOR)
+        scenario = replace(scenario, robots_per_floor=paper.ROBOTS_PER_FLOOR)
     if policy and building is None:
         arena = Arena(policy.name, plan_of(policy.building), scenario)
     else:

@@ -17,9 +17,9 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from reference import paper
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
-from reference.paper import HEALTH, HEALTH_SECONDS
 from reference.simulation import Simulation
 from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.page import COLOURS, Style
@@ -116,10 +116,10 @@ class Scene:
             axes.set_title(page.shortened(title, letters), **look)
             for row, line in enumerate(reversed(words)):
                 _note(axes, page.shortened(line, 2 * letters), 0, 36 + 13 * row, 9)
-            curve.set(xlim=(0, HEALTH_SECONDS), ylim=(0, 1.05 * max(people, 1)))
+            curve.set(xlim=(0, paper.health_seconds()), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")
             curve.locator_params(axis="y", integer=True)
-        health = ScalarMappable(Normalize(0, HEALTH), HEALTHS)
+        health = ScalarMappable(Normalize(0, paper.HEALTH), HEALTHS)
         look = {"label": "health", "aspect": 40, "pad": 0.01, "panchor": (0, 1)}
         self.figure.colorbar(health, ax=pairs[:, 0], **look)
         shapes = page.samples(looks(7.5) | CURVES)
@@ -146,7 +146,7 @@ class Side:
         for area in building.areas:
             plans.write_name(axes, building, area, 7.0, moves[area.floor])
         own = looks(plans.points_per_metre(axes))
-        crowd: Style = {"cmap": HEALTHS, "vmin": 0, "vmax": HEALTH, "c": []}
+        crowd: Style = {"cmap": HEALTHS, "vmin": 0, "vmax": paper.HEALTH, "c": []}
         crowd |= {"ec": INK, "lw": 0.7, "zorder": 5}
         self.people = {}
         for mode in Mode:

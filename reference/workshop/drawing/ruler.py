@@ -13,8 +13,8 @@ from textwrap import fill
 import numpy as np
 from matplotlib.figure import Figure
 
-from reference.evaluation.score import PAPER, Ruler
-from reference.paper import BEST_POINT, WORST_POINT
+from reference import paper
+from reference.evaluation.score import Ruler, paper_ruler
 from reference.workshop.comparing.results import Cell
 from reference.workshop.drawing.crossplay import players
 from reference.workshop.drawing.evacuation import EMBER
@@ -25,16 +25,20 @@ MARKERS = "oDs^vPX<>*hp"
 LEVELS = (0, 0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2)
 
 
-def curve(ruler: Ruler = PAPER, best_reward: float = BEST_REWARD) -> Figure:
+def curve(ruler: Ruler | None = None, best_reward: float = BEST_REWARD) -> Figure:
     """Draw y over R, with both critical points and the slopes there.
 
-    best_reward is R_b. Raises RulerError where something lies off the ruler.
+    ruler: default: the paper's;  best_reward: R_b. Raises RulerError where something
+    lies off the ruler.
     """
+    if ruler is None:
+        ruler = paper_ruler()
     figure = sheet("What a reward is worth", 11, 6)
-    axes, β = figure.subplots(), ruler.beta
+    axes = figure.subplots()
+    β = ruler.beta
     points = {
-        "Critical Point 1, at R_w": ruler.reward_at(WORST_POINT[1]),
-        "Critical Point 2": ruler.reward_at(BEST_POINT[1]),
+        "Critical Point 1, at R_w": ruler.reward_at(paper.WORST_POINT[1]),
+        "Critical Point 2": ruler.reward_at(paper.BEST_POINT[1]),
         "R_b": best_reward,
         "y = β, so that E = 1 without fire": ruler.reward_at(β),
         "y = 1/c": 0.0,
@@ -71,7 +75,7 @@ def contours(ruler: Ruler, cells: Sequence[Cell]) -> Figure:
     axes = figure.subplots()
     rewards = [R for cell in shown for R in cell.reward]
     hard = [h for cell in shown for h in cell.difficulty]
-    worst, one = ruler.reward_at(WORST_POINT[1]), ruler.reward_at(ruler.beta)
+    worst, one = ruler.reward_at(paper.WORST_POINT[1]), ruler.reward_at(ruler.beta)
     left, right = min([0.0, one + (worst - one) / 4, *rewards]), max([one, *rewards])
     room = 0.05 * (right - left)
     wide = np.linspace(left - room, right + room, 200)

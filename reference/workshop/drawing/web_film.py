@@ -16,8 +16,8 @@ from zlib import compress
 import numpy as np
 from jinja2 import Template
 
+from reference import paper
 from reference.building import Building, Kind
-from reference.paper import HEALTH, HEALTH_SECONDS
 from reference.simulation import Simulation
 from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.evacuation import INKS, STEPS, TRAIL_SECONDS
@@ -49,7 +49,7 @@ def write(
     down, across = building.kind.shape[1:]
     film = {
         "step": seconds_per_frame(runs[0]),
-        "limit": min(runs[0].scenario.time_limit, HEALTH_SECONDS),
+        "limit": min(runs[0].scenario.time_limit, paper.health_seconds()),
         "trail": TRAIL_SECONDS,
         "size": [across, down],
         "columns": BODY.split(),
@@ -104,7 +104,7 @@ class Reel:
         people[:, 4] = np.where(bodies.inside, bodies.mode, bodies.fate + 1)
         people[:, 5:7] = np.column_stack([bodies.stairwell, bodies.leader])
         for row, robot in zip(others, robots, strict=True):
-            row[:5] = *self._spots(robot.position), robot.floor, HEALTH, ROBOT
+            row[:5] = *self._spots(robot.position), robot.floor, paper.HEALTH, ROBOT
             if robot.active and robot.destination is not None:
                 row[7:] = robot.says, *self._spots(robot.destination)
         self.bodies.append(now)

@@ -14,13 +14,14 @@ from typing import Any
 
 from tqdm import tqdm
 
+from reference import paper
 from reference.building import Building, plan_of
 from reference.fire import RandomFire
 from reference.learning.experience import Trajectory
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import play
 from reference.learning.settings import SIDES, Side
-from reference.paper import PEOPLE, InputError, Scenario
+from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.lockstep import together
 from reference.workshop.maps import find, read
@@ -31,24 +32,27 @@ from reference.workshop.training.presets import preset
 from reference.workshop.training.rounds import Training
 
 RUNS = 5  # seeds of a crowd
-CASES = {
-    f"{PEOPLE} people, first 20 s": (PEOPLE, 20.0),
-    f"{10 * PEOPLE} people, first 20 s": (10 * PEOPLE, 20.0),
-    f"{PEOPLE} people, whole": (PEOPLE, Scenario.time_limit),
-}
-"""People, and seconds after which a run stops; in the first 20 everybody is inside."""
-
 PRESETS = ("paper", "laptop")
 BATCHES = 4  # minibatches of a measured update, at least
 
 _bar = partial(tqdm, disable=None, leave=False)  # shown on a terminal
 
 
+def cases() -> dict[str, tuple[int, float]]:
+    """People, and seconds until a run stops; in the first 20 everybody is inside."""
+    forty = paper.PEOPLE
+    return {
+        f"{forty} people, first 20 s": (forty, 20.0),
+        f"{10 * forty} people, first 20 s": (10 * forty, 20.0),
+        f"{forty} people, whole": (forty, Scenario().time_limit),
+    }
+
+
 def measure(name: str, seed: int) -> dict[str, Any]:
     """Measure a building, by path or name; return figures by what was measured.
 
     load_seconds        until the first tick can begin: text, checks, ways and sight
-    person_seconds_per_second  of each of the CASES whose people fit, medians over RUNS
+    person_seconds_per_second  of each of `cases` whose people fit, medians over RUNS
     decisions_per_second  of robots in a preset's first round, networks and world
                         included
     samples_per_second  agent-decisions that a preset's learner takes in, each epoch of
@@ -61,7 +65,7 @@ def measure(name: str, seed: int) -> dict[str, Any]:
     Simulation(building)
     figures: dict[str, Any] = {"load_seconds": {name: process_time() - start}}
     speeds = figures["person_seconds_per_second"] = {}
-    for case in CASES:
+    for case in cases():
         with suppress(InputError):  # they do not fit
             speeds[case] = median(_crowds(building, case, seed))
     decisions = figures["decisions_per_second"] = {}
@@ -74,7 +78,7 @@ def measure(name: str, seed: int) -> dict[str, Any]:
 
 def _crowds(building: Building, case: str, seed: int) -> Iterator[float]:
     """Person-seconds per second of runs up to a time."""
-    people, end = CASES[case]
+    people, end = cases()[case]
     for k in _bar(range(seed, seed + RUNS), case):
         scenario = Scenario(people=people)
         simulation = Simulation(building, scenario, Sweep(), RandomFire(), k)

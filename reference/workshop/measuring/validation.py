@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from reference import motion
+from reference import motion, paper
 from reference.beginning import beginning
 from reference.building import Building
-from reference.paper import FLIGHT, WALKING_SPEED, WALKING_SPREAD, Scenario
+from reference.paper import Scenario
 from reference.workshop.maps import load
 from reference.workshop.measuring.halls import (
     Crowd,
@@ -114,7 +114,7 @@ def speed_in_ring(density: float, seed: int) -> float:
     n, size = round(density * length * width), width / 9
     spots = rng.choice(9 * round(length / size), n, replace=False)
     position = (np.stack(np.divmod(spots, 9), axis=1) + 0.5) * size
-    pace = rng.normal(WALKING_SPEED, WALKING_SPREAD, n).clip(0.8, 1.9)
+    pace = rng.normal(paper.WALKING_SPEED, paper.WALKING_SPREAD, n).clip(0.8, 1.9)
     shift = np.repeat([[0.0, 0], [length, 0], [-length, 0]], n, axis=0)
     walked = []
     for _ in range(150):
@@ -230,7 +230,7 @@ def stairs(seed: int) -> Measured:
     for name, count in (("alone", 1), ("in a crowd", 100)):
         enter = when(count, lambda bodies: bodies.stairwell >= 0)
         leave = when(count, lambda bodies: bodies.walking & (bodies.floor == 0))
-        numbers[name] = float(FLIGHT / np.mean(leave - enter))
+        numbers[name] = float(paper.FLIGHT / np.mean(leave - enter))
     passed, _ = within(numbers, 0.64, 1.07)
     numbers["flow"] = flow(leave) / 2
     return passed and numbers["flow"] <= 1.1, numbers

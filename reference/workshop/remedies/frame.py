@@ -13,10 +13,9 @@ is computed from the observation, the map, and where robots are headed.
 
 import numpy as np
 
+from reference import paper
 from reference.game.codec import PolicyCodec
 from reference.game.observations import from_normalised
-from reference.paper import FIRE_EVERY_DECISIONS
-from reference.robots import AT_EXIT
 from reference.workshop.strategies.observed import (
     FAR,
     between,
@@ -110,14 +109,14 @@ class View:
         near_lost = _within(ASTRAY, self.spot, self.humans, self.lost)
         helps = np.ones_like(self.allowed)
         helps[:, STAY + 1 : STAY + 1 + self.outs.shape[1]] = leads[:, None]
-        to_foot = _within(AT_EXIT, self.spot, self.feet)
+        to_foot = _within(paper.AT_EXIT_METRES, self.spot, self.feet)
         keeps = np.where(self.to_way_out(), leads, to_foot | near_lost)
-        helps[:, KEEP] = keeps | _within(AT_EXIT, self.spot, self.rims)
+        helps[:, KEEP] = keeps | _within(paper.AT_EXIT_METRES, self.spot, self.rims)
         return helps
 
     def to_way_out(self) -> np.ndarray:
         """(B,) bool: is the robot headed to one?"""
-        return _within(AT_EXIT, self.spot, self.outs)
+        return _within(paper.AT_EXIT_METRES, self.spot, self.outs)
 
     def numbers(self) -> np.ndarray:
         """(B, V) float32: anchors, people, robots, mates first, fires, counts, time."""
@@ -136,7 +135,7 @@ class View:
             self.seen["fires_per_floor"],
             self.floor[:, None] == floors,
             time / self.scenario.time_limit,
-            decisions_to_next_fire(time, step) / FIRE_EVERY_DECISIONS,
+            decisions_to_next_fire(time, step) / paper.FIRE_EVERY_DECISIONS,
             self.mine.sum(axis=1) / UNIT,
             self.lost.sum(axis=1) / UNIT,
             ~np.isnan(self.spot[:, 0]),
@@ -146,7 +145,7 @@ class View:
         return np.concatenate(rows, axis=1, dtype=np.float32)
 
     def _points(self, points: np.ndarray, flag: np.ndarray) -> np.ndarray:
-        """(B, m, 5): x, y and storeys from me, near, flag; zeros for SENTINEL."""
+        """(B, m, 5): x, y and storeys from me, near, flag; zeros for `ABSENT_POINT`."""
         off = (points[..., :2] - self.me[:, None]) / UNIT
         up = points[..., 2:] - self.floor[:, None, None]
         close = near(self._way(self.map.places(points)))
@@ -175,7 +174,7 @@ def near(way: np.ndarray) -> np.ndarray:
 
 
 def _there(points: np.ndarray) -> np.ndarray:
-    """(...) bool: which points (..., 3) are not SENTINEL?"""
+    """(...) bool: which points (..., 3) are not `ABSENT_POINT`?"""
     return np.asarray(points[..., 2] > -0.5)
 
 

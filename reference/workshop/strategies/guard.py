@@ -11,9 +11,9 @@ from math import dist
 
 from numpy.random import Generator as Rng
 
+from reference import paper
 from reference.fire import Decision
 from reference.navigation import navigation_of
-from reference.paper import DECISION_SECONDS, ROBOT_SPEED
 from reference.robots import Destinations, actual_target
 from reference.workshop.strategies.fires import beside_ways_out, next_unburnt
 from reference.workshop.strategies.guides import Observer
@@ -57,9 +57,9 @@ class Guard(Observer):
         if known and team and actual_target(world.building, floor, x, y) == (x, y):
             d = nav.distances([p])
             nearest = min(team, key=lambda robot: d[robot.place])
-            needs = SPARE + d[nearest.place] / ROBOT_SPEED
-            left = decisions_to_next_fire(world.time, DECISION_SECONDS)
-            if 0 <= left * DECISION_SECONDS - needs < DECISION_SECONDS:
+            needs = SPARE + d[nearest.place] / paper.ROBOT_SPEED
+            left = decisions_to_next_fire(world.time, paper.DECISION_SECONDS)
+            if 0 <= left * paper.DECISION_SECONDS - needs < paper.DECISION_SECONDS:
                 destinations[robots.index(nearest)] = x, y
         return destinations
 

@@ -13,9 +13,9 @@ from math import dist, inf
 import numpy as np
 from numpy.random import Generator as Rng
 
+from reference import paper
 from reference.building import Building
 from reference.navigation import navigation_of
-from reference.paper import ROBOT_SPEED, STAIRS_SECONDS
 from reference.robots import Destination, Destinations, actual_target, flame_cost
 from reference.workshop.strategies.observed import (
     at_way_out,
@@ -184,12 +184,12 @@ def fetches(
             metres = np.hypot(*(bodies.position - (x, y)).T)
             yield here & (metres < GROUP_RADIUS), p, (x, y), float(d[p])
     storeys = bodies.floor - floor - 1
-    seconds = bodies.stairs_until - world.time + storeys * STAIRS_SECONDS
+    seconds = bodies.stairs_until - world.time + storeys * paper.stairs_seconds()
     for k in stairs_that_end(world.building, floor):
         to = before_stairwell(world.building, floor, k)
         p, coming = nav.place(floor, *to), lost & (bodies.stairwell == k)
         for last in np.unique(seconds[coming]).tolist():
-            until = max(float(d[p]), last * ROBOT_SPEED)
+            until = max(float(d[p]), last * paper.ROBOT_SPEED)
             yield coming & (seconds <= last), p, to, until
 
 
@@ -241,7 +241,7 @@ def as_observed(world: World) -> World:
     guide = guides(nav, place, active > 0, bodies.place, bodies.walking)
     leader = np.append(body, NOBODY)[guide]
     on_stairs = np.isfinite(bodies.stairs_until)
-    halfway = np.where(on_stairs, world.time + STAIRS_SECONDS / 2, inf)
+    halfway = np.where(on_stairs, world.time + paper.stairs_seconds() / 2, inf)
     landmark = np.full_like(bodies.landmark, NOWHERE)
     known = {"leader": leader, "landmark": landmark, "stairs_until": halfway}
     return replace(world, bodies=replace(bodies, **known))

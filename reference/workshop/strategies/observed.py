@@ -15,16 +15,11 @@ import numpy as np
 from scipy import ndimage
 from scipy.sparse.csgraph import dijkstra
 
+from reference import paper
 from reference.building import Building, Kind, Landmark
 from reference.fire import fuel
 from reference.navigation import Navigation, navigation_of
-from reference.paper import (
-    FIRE_EVERY_DECISIONS,
-    FIRE_FIRST_DECISION,
-    NEAR_STAIRWELL,
-    SIGHT_RANGE,
-)
-from reference.robots import AT_EXIT, Destination, actual_target, said_on_the_way
+from reference.robots import Destination, actual_target, said_on_the_way
 from reference.world import NOBODY
 
 FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
@@ -56,8 +51,8 @@ class Map:
     def places(self, points: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
         """(...) places of points (..., 2), or (..., 3) with floors of their own.
 
-        What is outside the drawing counts as on its edge, SENTINEL as on the first
-        floor.
+        What is outside the drawing counts as on its edge, `ABSENT_POINT` as on the
+        first floor.
         """
         if floor is None:
             floor = points[..., 2].round().clip(0).astype(int)
@@ -112,7 +107,7 @@ def guides(
         return np.full(people.shape, NOBODY)
     way = between(nav, robots[..., None], people[..., None, :])
     way = np.where(at_work[..., None], way, np.inf)
-    led = walking & (way.min(axis=-2) <= SIGHT_RANGE)
+    led = walking & (way.min(axis=-2) <= paper.SIGHT_RANGE)
     return np.where(led, way.argmin(axis=-2), NOBODY)
 
 
@@ -155,7 +150,7 @@ def kept(building: Building) -> np.ndarray:
     far = np.ones((building.floors, nav.floor_size), dtype=bool)
     for well in building.stairwells:
         off = nav.centres[: nav.floor_size] - well.centre
-        far[list(well.areas)] &= np.hypot(*off.T) > NEAR_STAIRWELL
+        far[list(well.areas)] &= np.hypot(*off.T) > paper.NEAR_STAIRWELL
     return far.ravel()
 
 
@@ -200,7 +195,9 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
         return building.stairwells[way.stairwell].centre
     points = navigation_of(building).centres[: building.kind[0].size]
     off = np.hypot(*(points - way.position).T)
-    near = points[np.argsort(off, kind="stable")[: int((off <= AT_EXIT).sum())]]
+    near = points[
+        np.argsort(off, kind="stable")[: int((off <= paper.AT_EXIT_METRES).sum())]
+    ]
     for point in [way.position, *map(tuple, near.tolist())]:
         target = actual_target(building, way.floor, *point)
         if said_on_the_way(building, way.floor, target) == way.index:
@@ -210,8 +207,8 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
 
 def decisions_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
     """How many decisions later the fire decides again, from times (...), s [D2]."""
-    since = np.round(time / decision_seconds - FIRE_FIRST_DECISION, 3)
-    later = FIRE_EVERY_DECISIONS - since % FIRE_EVERY_DECISIONS
+    since = np.round(time / decision_seconds - paper.FIRE_FIRST_DECISION, 3)
+    later = paper.FIRE_EVERY_DECISIONS - since % paper.FIRE_EVERY_DECISIONS
     return np.where(since < 0, -since, later)
 
 

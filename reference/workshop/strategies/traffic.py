@@ -9,9 +9,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from reference import paper
 from reference.building import Building
 from reference.navigation import Navigation, navigation_of
-from reference.paper import STAIRS_METRES
 
 
 def traffic(
@@ -72,7 +72,7 @@ def ways_outside(building: Building, cost: np.ndarray | None) -> np.ndarray:
             outside[mark.index] = nav.distances(nav.goals[mark.index], cost)
             if (well := mark.stairwell) >= 0:
                 down = mark.floor - building.stairwells[well].lowest
-                onwards = outside[:, feet[well]].min() + down * STAIRS_METRES
+                onwards = outside[:, feet[well]].min() + down * paper.stairs_metres()
                 outside[mark.index] += onwards
     return outside
 

@@ -19,8 +19,9 @@ from numpy.random import Generator as Rng
 from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import dijkstra
 
+from reference import paper
 from reference.fire import Decision, FireStrategy, RandomFire
-from reference.paper import BURN_SECONDS, Scenario
+from reference.paper import Scenario
 from reference.rewards import group_reward
 from reference.robots import Destinations, NoRobots, RobotStrategy
 from reference.simulation import Simulation
@@ -154,7 +155,7 @@ def another_future(
     flames, begun = world.flames, world.flames.arrival <= world.time
     if begun.any():
         borders, lit = after.spread.delays, np.flatnonzero(begun)
-        left = np.where(begun, flames.arrival - world.time, 0) + BURN_SECONDS
+        left = np.where(begun, flames.arrival - world.time, 0) + paper.BURN_SECONDS
         too_late = borders.data >= left.ravel().repeat(np.diff(borders.indptr))
         borders.data[too_late] = np.inf
         delay = dijkstra(borders, indices=lit, min_only=True).reshape(begun.shape)

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
+from reference import paper
 from reference.learning.settings import Row
-from reference.paper import MOST, TABLE_I, TABLE_II, Scenario
+from reference.paper import Scenario
 from reference.workshop.remedies.settings import SideSettings
 from reference.workshop.storage.records import (
     SettingsError,
@@ -52,16 +53,16 @@ class Settings:
     robots: SideSettings
     fire: SideSettings
     scenario: Scenario
-    episodes_per_job: Annotated[int, Row(high=MOST)]
-    jobs_per_round: Annotated[int, Row(high=MOST)]
+    episodes_per_job: Annotated[int, Row(high=paper.MOST)]
+    jobs_per_round: Annotated[int, Row(high=paper.MOST)]
     random_fires: Annotated[float, Row(low=0, high=1)] = 0.0
     stand_ins: tuple[str, ...] = ("random",)
     league: Annotated[float, Row(low=0, high=1)] = 0.0
     calm: Annotated[float, Row(low=0, high=1)] = 0.0
-    imitation_rounds: Annotated[int, Row(high=MOST)] = 4
-    imitation_episodes: Annotated[int, Row(high=MOST)] = 240
-    imitation_epochs: Annotated[int, Row(high=MOST)] = 10
-    critic_rounds: Annotated[int, Row(low=0, high=MOST)] = 6
+    imitation_rounds: Annotated[int, Row(high=paper.MOST)] = 4
+    imitation_episodes: Annotated[int, Row(high=paper.MOST)] = 240
+    imitation_epochs: Annotated[int, Row(high=paper.MOST)] = 10
+    critic_rounds: Annotated[int, Row(low=0, high=paper.MOST)] = 6
 
     def __post_init__(self) -> None:
         check_rows(self)
@@ -99,12 +100,12 @@ def preset(name: str) -> Settings:
     """The settings called `name`, one of PRESETS. Raises SettingsError."""
     if name not in PRESETS:
         raise SettingsError(f"preset {unknown(name, PRESETS)}")
-    paper = Settings(
+    largest = Settings(
         preset="paper",
-        robots=record_from(SideSettings, TABLE_I, "Table I"),  # [E1, Tab. I]
-        fire=record_from(SideSettings, TABLE_II, "Table II"),  # [E2, Tab. II]
+        robots=record_from(SideSettings, paper.TABLE_I, "Table I"),  # [E1, Tab. I]
+        fire=record_from(SideSettings, paper.TABLE_II, "Table II"),  # [E2, Tab. II]
         scenario=Scenario(training=True),  # [D6]
         episodes_per_job=8,
         jobs_per_round=2,  # [E1, chosen] a round fills under 19 % of Table I's buffer
     )
-    return replace(changed(paper, SMALLER.get(name, {}), name), preset=name)
+    return replace(changed(largest, SMALLER.get(name, {}), name), preset=name)
