@@ -1,7 +1,4 @@
-"""Rewards of the robots and of the fire: sums over events, in health points.
-
-Clauses: B7, D2, D6, E5, F5, F8.
-"""
+"""Rewards of the robots and of the fire: sums over events, in health points."""
 
 from collections.abc import Iterable
 
