@@ -59,7 +59,8 @@ def with_people_at(
 ) -> World:
     """Build the world at 0 s: people in these places, (n,), at these metres, (n, 2).
 
-    They begin as followers without a leader: Alg. 1:3 makes them leaders at once.
+    They begin as followers without a leader: Alg. 1:3 makes them leaders at once
+    [B4, B5].
     """
     bodies = _bodies(building, place, position, rng)
     shape = building.kind.shape
@@ -98,7 +99,7 @@ def _bodies(
         floor=place // building.kind[0].size,
         place=place,
         pace=np.clip(pace, slowest, fastest),
-        health=np.full(n, paper.HEALTH),
+        health=np.full(n, paper.HEALTH),  # [B7]
         fate=np.full(n, Fate.INSIDE, dtype=np.int8),
         mode=np.full(n, Mode.FOLLOWER, dtype=np.int8),
         landmark=np.full(n, NOWHERE),

@@ -126,9 +126,9 @@ class Spread:
         burning = flames.burning
         beside = cells_beside(self.building, burning)
         heat = np.where(beside, paper.HEAT_LOSS, 0.0)
-        flames.harm = np.where(burning, paper.BURN_LOSS, heat)
+        flames.harm = np.where(burning, paper.BURN_LOSS, heat)  # [B7]
         detour = np.where(beside, paper.HEAT_COST, 1.0)
-        flames.cost = np.where(burning, paper.BURN_COST, detour)
+        flames.cost = np.where(burning, paper.BURN_COST, detour)  # [C5]
 
         coming = np.where(burning, ends, flames.arrival)
         return float(coming[~flames.ash].min(initial=inf))

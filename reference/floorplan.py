@@ -3,8 +3,9 @@
 [A1, chosen] The paper shows its building in figures only; here it is text, so that a
 student can redraw it with any editor.
 
-    #  wall      +  door; an entrance where it touches a stairwell      ;  note
-    .  floor     E  exit      A-D  stairwell      a-z  a room's name on its floor
+    #  wall      +  door [A2]; an entrance where it touches a stairwell [A3]
+    .  floor     E  exit [A4]      A-D  stairwell      a-z  a room's name on its floor
+    ;  note
     digits may follow in a name, as in `lab2`; a blank is outside, also between walls
 
 A file says `building: NAME`, `size: COLUMNS x ROWS` and then, for each floor from 1

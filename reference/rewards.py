@@ -10,7 +10,7 @@ def group_reward(events: Iterable[Event]) -> float:
     """Reward of the robots as a group [E5] [F8, chosen].
 
     Each human who leaves a floor alive adds their remaining health, each who passes an
-    exit FixReward more; each who dies costs Fixed Pen.
+    exit FixReward more; each who dies costs Fixed Pen [F5].
     """
     reward = 0.0
     for event in events:

@@ -174,7 +174,8 @@ class Simulation:
     def strategies_decide(self) -> Destinations:
         """Ask the robots' strategy at each decision, the fire's at every k-th.
 
-        Both see the same world. Returns a destination per robot; None keeps the old.
+        Both see the same world. Robots whose work is done are not asked [C8]. Returns
+        a destination per robot; None keeps the old.
         """
         robots = self.world.robots
         decided: Destinations = [None] * len(robots)
@@ -204,7 +205,7 @@ class Simulation:
     # -- MOVE -----------------------------------------------------------------------
 
     def robots_move(self, destinations: Destinations) -> None:
-        """Walk the robots, on their way or to a destination just decided."""
+        """Walk the robots, on their way or to a destination just decided [C7]."""
         for robot, destination in zip(self.world.robots, destinations, strict=True):
             self.algorithm.act(robot, self.world, destination, self.tick)
 
@@ -291,7 +292,7 @@ class Simulation:
     # -- SETTLE ---------------------------------------------------------------------
 
     def settle(self, touched: Touched) -> None:
-        """Settle deaths, triggers and stairs; set who thinks in the next tick."""
+        """Settle deaths, triggers and stairs; set who thinks in the next tick [B4]."""
         bodies = self.world.bodies
         dead = np.flatnonzero((bodies.health <= paper.NO_HEALTH) & bodies.inside)
         for i in dead.tolist():
