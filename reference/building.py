@@ -208,12 +208,12 @@ class Building:
 
     def _find_shafts(self) -> dict[str, list[Area]]:
         """Find the areas of each stairwell, the lowest first, by letter."""
-        wells = [area for area in self.areas if area.kind == "stairwell"]
-        letters = sorted({area.name for area in wells})
-        return {
-            letter: [area for area in wells if area.name == letter]
-            for letter in letters
-        }
+        shafts = {}
+        for letter in STAIRWELLS:
+            storeys = [area for area in self.areas if area.name == letter]
+            if storeys:
+                shafts[letter] = storeys
+        return shafts
 
     def _find_landmarks(self, shafts: dict[str, list[Area]]) -> tuple[Landmark, ...]:
         """Find doors, then entrances, then exits of each floor, in reading order."""
@@ -221,17 +221,21 @@ class Building:
         for floor, signs in enumerate(self.signs):
             places: dict[Kind, list[np.ndarray]] = {Kind.DOOR: [], Kind.ENTRANCE: []}
             for cells in pieces(signs == "+"):
-                stairs = self._stairs_beside(floor, cells)
-                places[Kind.ENTRANCE if stairs else Kind.DOOR].append(cells)
+                kinds = [area.kind for area in self._areas_beside(floor, cells)]
+                closed = Kind.ENTRANCE if "stairwell" in kinds else Kind.DOOR
+                places[closed].append(cells)
             places[Kind.EXIT] = pieces(signs == "E")
 
             for kind, found in places.items():
+                is_exit = kind is Kind.EXIT
                 for number, cells in enumerate(found, 1):
-                    sides = [area.id for area in self._areas_beside(floor, cells)]
-                    stairs = self._stairs_beside(floor, cells)
-                    is_exit = kind is Kind.EXIT
-                    is_entrance = kind is Kind.ENTRANCE
+                    beside = self._areas_beside(floor, cells)
+                    sides = [area.id for area in beside]
+                    stairs = [area.name for area in beside if area.name in shafts]
                     down = any(shafts[letter][0].floor < floor for letter in stairs)
+                    well = -1
+                    if kind is Kind.ENTRANCE:
+                        well = list(shafts).index(stairs[0])
                     mark = Landmark(
                         index=len(landmarks),
                         id=f"{floor + 1}/{kind.name.lower()}-{number}",
@@ -240,7 +244,7 @@ class Building:
                         cells=cells,
                         position=self._middle(cells),
                         sides=(*sides, OUTSIDE) if is_exit else tuple(sides),
-                        stairwell=list(shafts).index(stairs[0]) if is_entrance else -1,
+                        stairwell=well,
                         leads_out=is_exit or down,
                     )
                     landmarks.append(mark)
@@ -253,21 +257,13 @@ class Building:
         beside = np.unique(self.area[floor, *inside.T]).tolist()
         return [self.areas[index] for index in beside if index >= 0]
 
-    def _stairs_beside(self, floor: int, cells: np.ndarray) -> list[str]:
-        """The letters of the stairwells among them."""
-        beside = self._areas_beside(floor, cells)
-        return [area.name for area in beside if area.kind == "stairwell"]
-
     def _find_stairwells(self, shafts: dict[str, list[Area]]) -> tuple[Stairwell, ...]:
         """Join each stairwell's storeys and the entrances that lead into them."""
         stairwells = []
         for number, (letter, storeys) in enumerate(shafts.items()):
+            marks = [mark for mark in self.landmarks if mark.stairwell == number]
             entrances = {
-                storey.floor: tuple(
-                    mark.index
-                    for mark in self.landmarks
-                    if (mark.stairwell, mark.floor) == (number, storey.floor)
-                )
+                storey.floor: tuple(m.index for m in marks if m.floor == storey.floor)
                 for storey in storeys
             }
             well = Stairwell(

@@ -30,8 +30,8 @@ A3 building
   - return (here.kind == "room") == mark.leads_out
   + return here.kind == "room"
 A3 building
-  - places[Kind.ENTRANCE if stairs else Kind.DOOR].append(cells)
-  + places[Kind.DOOR].append(cells)
+  - closed = Kind.ENTRANCE if "stairwell" in kinds else Kind.DOOR
+  + closed = Kind.DOOR
 A3 walking
   - bodies.stairs_until[i] +=
   + bodies.stairs_until[i] += 2 *
