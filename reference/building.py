@@ -162,7 +162,9 @@ class Building:
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
         """Row and column of the cell around a point."""
-        return int(np.ceil(self.origin[0] - y)) - 1, int(np.floor(x + self.origin[1]))
+        row = int(np.ceil(self.origin[0] - y)) - 1
+        col = int(np.floor(x + self.origin[1]))
+        return row, col
 
     def _middle(self, cells: np.ndarray) -> tuple[float, float]:
         return self.metres(*cells.mean(axis=0).tolist())

@@ -49,6 +49,9 @@ def what_happens():
         digest.update(sim.world.bodies.health.tobytes())
     facts = [sim.outcome(), sim.events, sim.world.flames.burning.tolist()]
     facts += [fuel(building).tolist(), sim.navigation.waypoint.tolist()]
+    facts += [sim.sight.hits.tolist(), sim.sight.patches.tolist()]
+    rooms = sorted(sim.sight.rooms)
+    facts += [sorted(sim.sight.looked_at(place, frozenset())) for place in rooms]
     facts += [rim(building, mark.index).tolist() for mark in building.landmarks]
     facts += [list(graph.edges(data=True)) for graph in (building.ways, building.graph)]
     digest.update(repr(facts).encode())
