@@ -1,8 +1,6 @@
 """The world before the first tick: who stands where, and what they remember.
 
-Clauses: B4, B5, B7, B8, C2, C5.
-
-    n   people;  p  place
+n   people;  p  place
 """
 
 from math import inf
@@ -61,9 +59,11 @@ def with_people_at(
 ) -> World:
     """Build the world at 0 s: people in these places, (n,), at these metres, (n, 2).
 
-    They begin as followers without a leader: Alg. 1:3 makes them leaders at once.
+    They begin as followers without a leader: Alg. 1:3 makes them leaders at once
+    [B4, B5].
     """
-    bodies, shape = _bodies(building, place, position, rng), building.kind.shape
+    bodies = _bodies(building, place, position, rng)
+    shape = building.kind.shape
     no_flames = Flames(
         arrival=np.full(shape, inf),
         burning=np.zeros(shape, dtype=bool),
@@ -99,7 +99,7 @@ def _bodies(
         floor=place // building.kind[0].size,
         place=place,
         pace=np.clip(pace, slowest, fastest),
-        health=np.full(n, paper.HEALTH),
+        health=np.full(n, paper.HEALTH),  # [B7]
         fate=np.full(n, Fate.INSIDE, dtype=np.int8),
         mode=np.full(n, Mode.FOLLOWER, dtype=np.int8),
         landmark=np.full(n, NOWHERE),
@@ -125,11 +125,12 @@ def _starting_places(building: Building, scenario: Scenario, rng: Rng) -> np.nda
         floor = cells // building.kind[0].size
         free = {f"on floor {k + 1}": cells[floor == k] for k in range(building.floors)}
         counts = scenario.start_counts(building.floors)
+
     chosen = []
     for (where, places), count in zip(free.items(), counts, strict=True):
-        if count > (most := len(places)):
+        if count > len(places):
             raise InputError(
-                f"{count} people do not fit {where}; there is room for {most}. "
+                f"{count} people do not fit {where}; there is room for {len(places)}. "
                 "Ask for fewer: the scenario's `people`."
             )
         chosen.append(rng.choice(places, count, replace=False))

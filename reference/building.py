@@ -1,22 +1,18 @@
 """A building: a grid of cells, its rooms, doors and stairwells, and their graph.
 
-Clauses: A1-A7, B1 and the coordinates of A8.
-
-    row, col   place in the text, row 0 is the north edge
-    x, y       metres, east and north; the main body's middle is the origin
-    floor      0 is the first floor; ids, which people read, count from 1
-    beside     with a common side; two cells that share a corner only are not
+row, col   place in the text, row 0 is the north edge
+x, y       metres, east and north; the main body's middle is the origin
+floor      0 is the first floor; ids, which people read, count from 1
+beside     with a common side; two cells that share a corner only are not
 """
 
 import re
-from collections import Counter
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import pairwise, permutations
 from math import dist
-from operator import itemgetter
 from typing import Any, TypeAlias
 
 import networkx as nx
@@ -117,21 +113,31 @@ class Building:
     """
 
     def __init__(self, drawing: Drawing):
-        self.drawing, self.title = drawing, drawing.title
+        self.drawing = drawing
+        self.title = drawing.title
         self.floors = len(drawing.storeys)
         self.signs: np.ndarray = signs_of(drawing)
+
+        # where metres begin
         room = is_room(self.signs).any(axis=0)
         cells = np.argwhere(room | ~room.any())
         box = np.array([cells.min(axis=0) - 1, cells.max(axis=0) + 2])  # with walls
         self.origin: tuple[int, int] = tuple((box.sum(axis=0) // 2).tolist())
         (top, left), (bottom, right) = (box - self.origin).astype(float).tolist()
         self.body = left, -bottom, right, -top
+
+        # rooms, stairwells, landmarks
         self.areas = self._find_areas()
         self.area_of = {area.id: area for area in self.areas}
         self.area = self._indices(self.areas)
-        self.landmarks = self._find_landmarks()
+        shafts = self._find_shafts()
+        self.landmarks = self._find_landmarks(shafts)
         self.landmark_of = {mark.id: mark for mark in self.landmarks}
         self.landmark = self._indices(self.landmarks)
+        self.stairwells = self._find_stairwells(shafts)
+        self.exits = frozenset(m.index for m in self.landmarks if m.kind is Kind.EXIT)
+
+        # what each cell is
         self.kind: np.ndarray = np.full(self.signs.shape, Kind.STAIRS, np.uint8)
         self.kind[self.signs == " "] = Kind.OUTSIDE
         self.kind[self.signs == "#"] = Kind.WALL
@@ -139,8 +145,6 @@ class Building:
         for mark in self.landmarks:
             self.kind[mark.floor, *mark.cells.T] = mark.kind
         self.walkable = self.kind >= Kind.FLOOR
-        self.stairwells = self._find_stairwells()
-        self.exits = frozenset(m.index for m in self.landmarks if m.kind is Kind.EXIT)
 
     def __reduce__(self) -> tuple[Any, tuple[str]]:
         """Travel between processes as text."""
@@ -158,7 +162,9 @@ class Building:
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
         """Row and column of the cell around a point."""
-        return int(np.ceil(self.origin[0] - y)) - 1, int(np.floor(x + self.origin[1]))
+        row = int(np.ceil(self.origin[0] - y)) - 1
+        col = int(np.floor(x + self.origin[1]))
+        return row, col
 
     def _middle(self, cells: np.ndarray) -> tuple[float, float]:
         return self.metres(*cells.mean(axis=0).tolist())
@@ -194,64 +200,82 @@ class Building:
 
     def _word_on(self, floor: int, cells: np.ndarray) -> str:
         """The first word on the cells of a room, or a stairwell's letter; else ''."""
-        for row, col in cells[self.signs[floor, *cells.T] != "."][:1].tolist():
-            written = self.drawing.storeys[floor].rows[row][col:]
-            if word := re.match("[a-z][a-z0-9]*|[A-D]", written):
-                return word[0]
-        return ""
+        lettered = cells[self.signs[floor, *cells.T] != "."]
+        if not len(lettered):
+            return ""
+        row, col = lettered[0].tolist()
+        written = self.drawing.storeys[floor].rows[row][col:]
+        word = re.match("[a-z][a-z0-9]*|[A-D]", written)
+        return word[0] if word else ""
 
-    def _find_landmarks(self) -> tuple[Landmark, ...]:
+    def _find_shafts(self) -> dict[str, list[Area]]:
+        """Find the areas of each stairwell, the lowest first, by letter."""
+        shafts = {}
+        for letter in STAIRWELLS:
+            storeys = [area for area in self.areas if area.name == letter]
+            if storeys:
+                shafts[letter] = storeys
+        return shafts
+
+    def _find_landmarks(self, shafts: dict[str, list[Area]]) -> tuple[Landmark, ...]:
         """Find doors, then entrances, then exits of each floor, in reading order."""
         landmarks: list[Landmark] = []
-        lowest = {a.name: a.floor for a in self.areas[::-1] if a.kind == "stairwell"}
         for floor, signs in enumerate(self.signs):
-            cells = [some for sign in "+E" for some in pieces(signs == sign)]
-            gates = [self._gate(floor, some) for some in cells]
-            count: Counter[Kind] = Counter()
-            for kind, where, sides in sorted(gates, key=itemgetter(0)):
-                count[kind] += 1
-                ids, is_exit = [side.id for side in sides], kind is Kind.EXIT
-                stairs = [side.name for side in sides if side.kind == "stairwell"]
-                well = sorted(lowest).index(stairs[0]) if kind is Kind.ENTRANCE else -1
-                mark = Landmark(
-                    index=len(landmarks),
-                    id=f"{floor + 1}/{kind.name.lower()}-{count[kind]}",
-                    kind=kind,
-                    floor=floor,
-                    cells=where,
-                    position=self._middle(where),
-                    sides=(*ids, OUTSIDE) if is_exit else tuple(ids),
-                    stairwell=well,
-                    leads_out=is_exit or any(lowest[name] < floor for name in stairs),
-                )
-                landmarks.append(mark)
+            places: dict[Kind, list[np.ndarray]] = {Kind.DOOR: [], Kind.ENTRANCE: []}
+            for cells in pieces(signs == "+"):
+                kinds = [area.kind for area in self._areas_beside(floor, cells)]
+                closed = Kind.ENTRANCE if "stairwell" in kinds else Kind.DOOR
+                places[closed].append(cells)
+            places[Kind.EXIT] = pieces(signs == "E")
+
+            for kind, found in places.items():
+                is_exit = kind is Kind.EXIT
+                for number, cells in enumerate(found, 1):
+                    beside = self._areas_beside(floor, cells)
+                    sides = [area.id for area in beside]
+                    stairs = [area.name for area in beside if area.name in shafts]
+                    down = any(shafts[letter][0].floor < floor for letter in stairs)
+                    well = -1
+                    if kind is Kind.ENTRANCE:
+                        well = list(shafts).index(stairs[0])
+                    mark = Landmark(
+                        index=len(landmarks),
+                        id=f"{floor + 1}/{kind.name.lower()}-{number}",
+                        kind=kind,
+                        floor=floor,
+                        cells=cells,
+                        position=self._middle(cells),
+                        sides=(*sides, OUTSIDE) if is_exit else tuple(sides),
+                        stairwell=well,
+                        leads_out=is_exit or down,
+                    )
+                    landmarks.append(mark)
         return tuple(landmarks)
 
-    def _gate(
-        self, floor: int, cells: np.ndarray
-    ) -> tuple[Kind, np.ndarray, list[Area]]:
-        """Kind, cells and neighbours of a door, entrance or exit."""
+    def _areas_beside(self, floor: int, cells: np.ndarray) -> list[Area]:
+        """The areas that share a side with any of these cells, in reading order."""
         around = (cells[:, None] + [(-1, 0), (0, -1), (0, 1), (1, 0)]).reshape(-1, 2)
         inside = np.clip(around, 0, np.array(self.signs.shape[1:]) - 1)
         beside = np.unique(self.area[floor, *inside.T]).tolist()
-        sides = [self.areas[index] for index in beside if index >= 0]
-        stairs = any(side.kind == "stairwell" for side in sides)
-        closed = Kind.ENTRANCE if stairs else Kind.DOOR
-        is_exit = self.signs[floor, *cells[0]] == "E"
-        return Kind.EXIT if is_exit else closed, cells, sides
+        return [self.areas[index] for index in beside if index >= 0]
 
-    def _find_stairwells(self) -> tuple[Stairwell, ...]:
-        wells = [area for area in self.areas if area.kind == "stairwell"]
+    def _find_stairwells(self, shafts: dict[str, list[Area]]) -> tuple[Stairwell, ...]:
+        """Join each stairwell's storeys and the entrances that lead into them."""
         stairwells = []
-        for k, letter in enumerate(sorted({area.name for area in wells})):
-            mine = [area for area in wells if area.name == letter]
-            marks = [m for m in self.landmarks if m.stairwell == k]
-            areas = {area.floor: area.index for area in mine}
+        for number, (letter, storeys) in enumerate(shafts.items()):
+            marks = [mark for mark in self.landmarks if mark.stairwell == number]
             entrances = {
-                f: tuple(m.index for m in marks if m.floor == f) for f in areas
+                storey.floor: tuple(m.index for m in marks if m.floor == storey.floor)
+                for storey in storeys
             }
-            cells, middle = mine[0].cells, mine[0].centre
-            stairwells.append(Stairwell(letter, cells, middle, areas, entrances))
+            well = Stairwell(
+                letter=letter,
+                cells=storeys[0].cells,
+                centre=storeys[0].centre,
+                areas={storey.floor: storey.index for storey in storeys},
+                entrances=entrances,
+            )
+            stairwells.append(well)
         return tuple(stairwells)
 
     def ways_out(self, floor: int) -> list[int]:
@@ -264,7 +288,7 @@ class Building:
 
     # -- The graph ------------------------------------------------------------------
 
-    @cached_property
+    @property
     def ways(self) -> nx.MultiDiGraph:
         """Rooms, stairwells and the outside, joined as people walk: out, and down [A3].
 
@@ -272,38 +296,53 @@ class Building:
         that of two straight lines, from the middles of both rooms to that of the door.
         Nobody walks up [A3, chosen]: people leave stairs on the lowest floor only.
         """
-        ways = nx.MultiDiGraph()
-        for area in self.areas:
-            ways.add_node(
-                area.id,
-                name=area.name,
-                kind=area.kind,
-                floor=area.floor,
-                area=area.size,
-            )
-        ways.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
-        for mark in self.landmarks:
-            kind = mark.kind.name.lower()
-            for ends in permutations(mark.sides, 2):
-                rooms = [self.area_of[end] for end in ends if end != OUTSIDE]
-                metres = sum(dist(room.centre, mark.position) for room in rooms)
-                if _walked(mark, rooms[0], ends):
-                    ways.add_edge(
-                        *ends, mark.id, kind=kind, width=mark.width, length=metres
-                    )
-        for well in self.stairwells:
-            for low, up in pairwise(floor + 1 for floor in well.areas):
-                ends = f"{up}/{well.letter}", f"{low}/{well.letter}"
-                key = f"{well.letter}:{low}-{up}"
-                ways.add_edge(
-                    *ends, key, kind="stairs", width=1, length=paper.stairs_metres()
-                )
-        return ways
+        return _ways_of(self, paper.stairs_metres())
 
-    @cached_property
+    @property
     def graph(self) -> Graph:
         """The same graph without directions."""
-        return self.ways.to_undirected()
+        return _undirected(self, paper.stairs_metres())
+
+
+@lru_cache(maxsize=8)
+def _ways_of(building: Building, stairs_metres: float) -> nx.MultiDiGraph:
+    ways = nx.MultiDiGraph()
+    for area in building.areas:
+        ways.add_node(
+            area.id,
+            name=area.name,
+            kind=area.kind,
+            floor=area.floor,
+            area=area.size,
+        )
+    ways.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
+
+    for mark in building.landmarks:
+        kind = mark.kind.name.lower()
+        for ends in permutations(mark.sides, 2):
+            rooms = [building.area_of[end] for end in ends if end != OUTSIDE]
+            metres = sum(dist(room.centre, mark.position) for room in rooms)
+            if _walked(mark, rooms[0], ends):
+                ways.add_edge(
+                    *ends, mark.id, kind=kind, width=mark.width, length=metres
+                )
+
+    for well in building.stairwells:
+        for low, up in pairwise(floor + 1 for floor in well.areas):
+            ways.add_edge(
+                f"{up}/{well.letter}",
+                f"{low}/{well.letter}",
+                f"{well.letter}:{low}-{up}",
+                kind="stairs",
+                width=1,
+                length=stairs_metres,
+            )
+    return ways
+
+
+@lru_cache(maxsize=8)
+def _undirected(building: Building, stairs_metres: float) -> Graph:
+    return _ways_of(building, stairs_metres).to_undirected()
 
 
 def _walked(mark: Landmark, here: Area, ends: tuple[str, ...]) -> bool:

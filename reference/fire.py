@@ -1,9 +1,7 @@
 """The fire: who decides where it starts, Eqs. 2-3 and rule D6, how flames spread.
 
-Clauses: A6, B7, C5, D2-D7.
-
-    p       place
-    X, Y    what the fire agent decides, metres;  X', Y'  where the source appears
+p       place
+X, Y    what the fire agent decides, metres;  X', Y'  where the source appears
 """
 
 from functools import lru_cache
@@ -50,21 +48,26 @@ class Generator:
 
     def generate(self, world: World, decision: Decision) -> FireLit | FireRefused:
         """Turn a decision into a source; refuse it or move it if occupied [D6]."""
-        floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
-        cell, free = (floor, *world.building.cell(x, y)), free_places(world)
+        floor = decision[0]
+        x = snapped(decision[1])
+        y = snapped(decision[2])
+        free = free_places(world)
         shape = world.building.kind.shape
+        cell = (floor, *world.building.cell(x, y))
         inside = all(0 <= k < size for k, size in zip(cell, shape, strict=True))
-        if not inside or not free.reshape(shape)[cell]:
-            others = free[self.order]
-            if self.training or not others.any():
-                return FireRefused(world.time, floor, x, y)
-            floor, x, y = decision_at(world, self.order[others.argmax()])
-        return FireLit(world.time, floor, x, y)
+        if inside and free.reshape(shape)[cell]:
+            return FireLit(world.time, floor, x, y)
+
+        others = free[self.order]
+        if self.training or not others.any():
+            return FireRefused(world.time, floor, x, y)
+        return FireLit(world.time, *decision_at(world, self.order[others.argmax()]))
 
 
 def free_places(world: World) -> np.ndarray:
     """(places,) bool: unburnt, unprotected room cells without human or robot [D6]."""
-    room, flames = world.building.kind == Kind.FLOOR, world.flames
+    room = world.building.kind == Kind.FLOOR
+    flames = world.flames
     free = (room & fuel(world.building) & ~flames.burning & ~flames.ash).ravel()
     free[world.bodies.place[world.bodies.walking]] = False
     free[[robot.place for robot in world.robots]] = False
@@ -88,16 +91,20 @@ class Spread:
 
     def __init__(self, building: Building, rng: Rng):
         """delays: (places, places) s, of each border that flames of `fuel` pass."""
-        self.building, burns = building, fuel(building)
+        self.building = building
+        burns = fuel(building)
         east = np.flatnonzero(burns & shifted(burns, 0, 1))
         south = np.flatnonzero(burns & shifted(burns, 1, 0))
         one = np.concatenate([east, south])
         other = np.concatenate([east + 1, south + burns.shape[2]])
         delay = rng.exponential(1 / paper.SPREAD_RATE, len(one))
+
         passes = delay < paper.BURN_SECONDS
-        one, other, delay = one[passes], other[passes], np.tile(delay[passes], 2)
-        ends = np.concatenate([one, other]), np.concatenate([other, one])
-        self.delays = csr_matrix((delay, ends), shape=(burns.size, burns.size))
+        one = one[passes]
+        other = other[passes]
+        delays = np.tile(delay[passes], 2)
+        ends = (np.concatenate([one, other]), np.concatenate([other, one]))
+        self.delays = csr_matrix((delays, ends), shape=(burns.size, burns.size))
 
     def ignite(self, flames: Flames, source: FireLit) -> None:
         """Add a source; each cell's arrival is the earliest over all sources."""
@@ -115,38 +122,50 @@ class Spread:
         flames.ash = ends <= time
         flames.burning = (flames.arrival <= time) & ~flames.ash
         flames.alight = frozenset(np.flatnonzero(flames.burning).tolist())
-        burning, beside = flames.burning, cells_beside(self.building, flames.burning)
+
+        burning = flames.burning
+        beside = cells_beside(self.building, burning)
         heat = np.where(beside, paper.HEAT_LOSS, 0.0)
-        flames.harm = np.where(burning, paper.BURN_LOSS, heat)
+        flames.harm = np.where(burning, paper.BURN_LOSS, heat)  # [B7]
         detour = np.where(beside, paper.HEAT_COST, 1.0)
-        flames.cost = np.where(burning, paper.BURN_COST, detour)
-        coming = np.where(flames.burning, ends, flames.arrival)
+        flames.cost = np.where(burning, paper.BURN_COST, detour)  # [C5]
+
+        coming = np.where(burning, ends, flames.arrival)
         return float(coming[~flames.ash].min(initial=inf))
 
 
-@lru_cache(maxsize=8)
 def fuel(building: Building) -> np.ndarray:
     """Mark the cells that can burn, (floors, rows, cols) bool.
 
     These are room cells and doors, except those within PROTECTED_METRES on foot of an
     exit or stairwell entrance [D6, D7, chosen].
     """
+    return _fuel(building, paper.PROTECTED_METRES)
+
+
+@lru_cache(maxsize=8)
+def _fuel(building: Building, protected_metres: float) -> np.ndarray:
     ways = [m.index for m in building.landmarks if m.kind is not Kind.DOOR]
     metres = navigation_of(building).distance_to(*ways)
-    unprotected = (metres > paper.PROTECTED_METRES).reshape(building.kind.shape)
+    unprotected = (metres > protected_metres).reshape(building.kind.shape)
     return np.isin(building.kind, (Kind.FLOOR, Kind.DOOR)) & unprotected
 
 
-@lru_cache(maxsize=512)
 def rim(building: Building, landmark: int) -> np.ndarray:
     """Find the cells that can burn beside a landmark's clearance, (k,) places.
 
     [D6, D7, chosen] The clearance is all that one can walk to from there without
     crossing `fuel`: once its whole rim burns, nobody outside gets in.
     """
-    nav, burns = navigation_of(building), fuel(building)
-    start = nav.goals[landmark]
-    metres = nav.distances(start, np.where(burns, inf, 1.0)).reshape(burns.shape)
+    return _rim(building, landmark, paper.PROTECTED_METRES)
+
+
+@lru_cache(maxsize=512)
+def _rim(building: Building, landmark: int, protected_metres: float) -> np.ndarray:
+    nav = navigation_of(building)
+    burns = _fuel(building, protected_metres)
+    barred = np.where(burns, inf, 1.0)
+    metres = nav.distances(nav.goals[landmark], barred).reshape(burns.shape)
     return np.flatnonzero(cells_beside(building, np.isfinite(metres)) & burns)
 
 

@@ -1,11 +1,11 @@
 """Read a floor plan from text: the floors of a building as rows of cells.
 
-Clauses: A1 (floors of unit cells), A2 (rooms, doors), A3 (stairwells), A4 (exits).
 [A1, chosen] The paper shows its building in figures only; here it is text, so that a
 student can redraw it with any editor.
 
-    #  wall      +  door; an entrance where it touches a stairwell      ;  note
-    .  floor     E  exit      A-D  stairwell      a-z  a room's name on its floor
+    #  wall      +  door [A2]; an entrance where it touches a stairwell [A3]
+    .  floor     E  exit [A4]      A-D  stairwell      a-z  a room's name on its floor
+    ;  note
     digits may follow in a name, as in `lab2`; a blank is outside, also between walls
 
 A file says `building: NAME`, `size: COLUMNS x ROWS` and then, for each floor from 1
@@ -61,12 +61,13 @@ def parse(text: str, path: str = "<text>") -> Drawing:
 
 def to_text(drawing: Drawing) -> str:
     """Write a drawing as text: `parse(to_text(drawing)) == drawing`."""
-    head = f"building: {drawing.title}\nsize:     {drawing.width} x {drawing.height}\n"
-    floors = [
-        "\n".join(line.rstrip() for line in ("", f"floor {n}: {s.name}", *s.rows))
-        for n, s in enumerate(drawing.storeys, 1)
+    text = [
+        f"building: {drawing.title}",
+        f"size:     {drawing.width} x {drawing.height}",
     ]
-    return head + "\n".join(floors) + "\n"
+    for number, storey in enumerate(drawing.storeys, 1):
+        text += ["", f"floor {number}: {storey.name}", *storey.rows]
+    return "".join(f"{line.rstrip()}\n" for line in text)
 
 
 HEADINGS = {
@@ -85,7 +86,9 @@ class _Reader:
     """Reads a drawing line by line; a row belongs to the floor named last above it."""
 
     def __init__(self) -> None:
-        self.line, self.title, self.size = 0, "", (0, 0)
+        self.line = 0
+        self.title = ""
+        self.size = (0, 0)
         self.storeys: list[tuple[str, list[str]]] = []  # names and rows
 
     def read(self, line: str) -> None:
@@ -98,10 +101,11 @@ class _Reader:
             self.size = int(size[1]), int(size[2])
         elif floor := HEADINGS["floor"].fullmatch(code):
             self._end_floor()
-            follows, rows = len(self.storeys) + 1, list[str]()
+            follows = len(self.storeys) + 1
             copies = range(int(floor[1]), int(floor[2] or floor[1]) + 1)
             if not copies or copies[0] != follows:
                 raise FloorPlanError(f"this should be floor {follows}")
+            rows: list[str] = []  # shared: what is drawn once is built as often as said
             self.storeys += [(floor[3], rows) for _ in copies]
         elif code:
             self._row(code)
@@ -127,9 +131,11 @@ class _Reader:
         self.storeys[-1][1].append(code.ljust(width))
 
     def _end_floor(self) -> None:
-        for _, rows in self.storeys[-1:]:
-            if len(rows) != self.size[1]:
-                raise FloorPlanError(
-                    f"the drawing above has {len(rows)} rows, the size says "
-                    f"{self.size[1]}"
-                )
+        if not self.storeys:
+            return
+        _, rows = self.storeys[-1]
+        height = self.size[1]
+        if len(rows) != height:
+            raise FloorPlanError(
+                f"the drawing above has {len(rows)} rows, the size says {height}"
+            )

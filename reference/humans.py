@@ -1,6 +1,6 @@
 """People: Algorithms 1 and 2, what they remember, and how the two modes switch.
 
-Clauses: B2-B6.  `Follower` and `Leader` are the paper's algorithms, to be read
+`Follower` and `Leader` are the paper's algorithms, to be read
 beside their printed lines; each call is one pass of the outermost loop, whose line 1
 ("while not at exit") is the simulation's.  Everything else here is what the algorithms
 leave open: "stuck", "suitable leader", "desired" and the memory, each defined once.
@@ -56,7 +56,8 @@ class Leader:
         return go_to(fresh)  # 19, 20
 
 
-FOLLOWER, LEADER = Follower(), Leader()
+FOLLOWER = Follower()
+LEADER = Leader()
 
 
 def think(me: Mind, observe: View) -> None:
@@ -66,7 +67,8 @@ def think(me: Mind, observe: View) -> None:
     if crossing and not (observe.burns([me.goal.place]) or stuck(me, observe)):
         return  # on past the door just entered
     algorithm = LEADER if me.mode is Mode.LEADER else FOLLOWER
-    before, me.goal = me.goal, algorithm.setoff(me, observe)
+    before = me.goal
+    me.goal = algorithm.setoff(me, observe)
     if me.goal != before:
         me.facing = observe.towards(me.goal) or me.facing
 
@@ -118,9 +120,8 @@ def _kept_or_nearest(me: Mind, observe: View, ways: list[int]) -> int | None:
     Without hysteresis people dither between two ways [B6, chosen].
     """
     if me.goal.aim is Aim.LANDMARK and me.goal.which in ways:
-        kept, nearest = (
-            observe.landmarks[m].distance for m in (me.goal.which, ways[0])
-        )
+        kept = observe.landmarks[me.goal.which].distance
+        nearest = observe.landmarks[ways[0]].distance
         if kept - nearest < paper.GOAL_HYSTERESIS:
             return me.goal.which
     return ways[0] if ways else None
@@ -134,8 +135,10 @@ def suitable_leader(me: Mind, observe: View, wanted: int) -> int | None:
     """
     if observe.time < me.pause_until:
         return None
-    leaders, most = observe.leaders_to(wanted), paper.MOST_FOLLOWERS
-    return next((j for j in leaders if observe.followers_of(j) < most), None)
+    for leader in observe.leaders_to(wanted):
+        if observe.followers_of(leader) < paper.MOST_FOLLOWERS:
+            return leader
+    return None
 
 
 def leader_in_sight(me: Mind, observe: View) -> bool:
@@ -160,9 +163,10 @@ def unexplored(me: Mind, observe: View) -> Goal | None:
     taken = kind is Aim.DIRECTION and patch not in (NOWHERE, observe.patch)
     if taken and not observe.burns_towards(me.goal.place):
         return me.goal
-    x, y = me.facing
-    if not (ways := [way for way in observe.open if way.patch not in me.patches]):
+    ways = [way for way in observe.open if way.patch not in me.patches]
+    if not ways:
         return None
+    x, y = me.facing
     best = max(ways, key=lambda way: way.unit[0] * x + way.unit[1] * y)
     return Goal(Aim.DIRECTION, best.patch, best.place)
 
@@ -197,7 +201,8 @@ def disconnect(me: Mind, observe: View) -> Goal:
     """
     time = observe.time
     if me.leader != NOBODY:
-        me.leader, me.pause_until = NOBODY, time + paper.LEADER_PAUSE_SECONDS
+        me.leader = NOBODY
+        me.pause_until = time + paper.LEADER_PAUSE_SECONDS
     if stuck(me, observe) and time >= me.waits_until:
         me.waits_until = time + paper.STUCK_WAIT_SECONDS
     return STAY if time < me.waits_until else switch_mode(me)
@@ -244,7 +249,8 @@ def look_again(me: Mind, observe: View) -> Goal:
     if me.goal.aim is Aim.DIRECTION and not observe.burns_towards(me.goal.place):
         ways.add(me.goal.place)
     for place in reversed(me.been):  # the latest first
-        if not (older := ways - observe.overlooked(place)):
+        older = ways - observe.overlooked(place)
+        if not older:
             break
         ways = older
     kept = me.goal.place in ways
@@ -270,15 +276,16 @@ def remember(me: Mind, observe: View) -> None:
                 me.doors.add(mark)
     if me.goal.aim is Aim.DIRECTION and observe.burns_towards(me.goal.place):
         me.patches.add(me.goal.which)
-    if burnt := observe.burnt:
-        me.trail = [p for p in me.trail if p.door not in burnt]
+    burnt = observe.burnt
+    me.trail = [passed for passed in me.trail if passed.door not in burnt]
     _remember_leader(me, observe)
 
 
 def _remember_leader(me: Mind, observe: View) -> None:
     """Note when and where the leader is seen and what it says, if it is in sight."""
     if (seen := observe.bodies.get(me.leader)) is not None:
-        me.seen_at, me.seen_place = observe.time, seen[0]
+        me.seen_at = observe.time
+        me.seen_place = seen[0]
         me.told = observe.robots.get(me.leader)
 
 
@@ -288,11 +295,13 @@ def pass_landmark(me: Mind, landmark: int, side: int, beyond: int) -> None:
     side: area it was entered from;  beyond: the place on its other side. A door that
     only lies on the way to another one is no way back: one would turn in it for ever.
     """
-    entered, (aim, which, _) = Passed(landmark, side), me.goal
-    meant = aim is not Aim.DIRECTION and (aim is not Aim.LANDMARK or which == landmark)
-    if me.trail and me.trail[-1].door == landmark and me.trail[-1] != entered:
+    entered = Passed(landmark, side)
+    last = me.trail[-1] if me.trail else None
+    aim, which, _ = me.goal
+    passing_by = aim is Aim.DIRECTION or (aim is Aim.LANDMARK and which != landmark)
+    if last is not None and last.door == landmark and last.side != side:
         me.trail.pop()  # walked back through it: drop it
-    elif entered not in me.trail[-1:] and meant:
+    elif last != entered and not passing_by:
         me.trail.append(entered)
     me.doors.add(landmark)
     if me.mode is Mode.LEADER:
@@ -307,7 +316,8 @@ def forget(me: Mind) -> None:
 
 def arrive(me: Mind, landmark: int, beyond: int) -> None:
     """Forget the floor above; begin on this one as a leader who knows its entrance."""
-    me.mode, me.leader = Mode.LEADER, NOBODY
+    me.mode = Mode.LEADER
+    me.leader = NOBODY
     forget(me)
     pass_landmark(me, landmark, NOWHERE, beyond)
     me.trail.clear()  # nobody goes back by this entrance: nobody walks up
@@ -317,20 +327,28 @@ def arrive(me: Mind, landmark: int, beyond: int) -> None:
 
 
 def decide(world: World, who: np.ndarray, views: list[View]) -> None:
-    """Let these people think; then copy their goals to their bodies."""
-    bodies, minds = world.bodies, [world.minds[i] for i in who.tolist()]
-    for me, view in zip(minds, views, strict=True):
-        think(me, view)
-    goals, landmark = [me.goal for me in minds], Aim.LANDMARK
-    bodies.mode[who] = [int(me.mode) for me in minds]
-    bodies.leader[who] = [me.leader for me in minds]
-    bodies.landmark[who] = [g.which if g.aim is landmark else NOWHERE for g in goals]
-    nav, here = navigation_of(world.building), bodies.place[who].tolist()
-    goal = np.array([g.place for g in goals], int)
-    target = np.array([_straight(nav, *k) for k in zip(here, goals, strict=True)], int)
-    stays = (goal == NOWHERE)[:, None]
-    for points, places in (bodies.goal, goal), (bodies.target, target):
-        points[who] = np.where(stays, bodies.position[who], nav.centres[places])
+    """Let these people think; then show on their bodies what they have decided."""
+    people = who.tolist()
+    for i, view in zip(people, views, strict=True):
+        think(world.minds[i], view)
+    for i in people:
+        _show_decision(world, i)
+
+
+def _show_decision(world: World, i: int) -> None:
+    """Copy mode, leader and goal of one mind to its body, which then walks there."""
+    me = world.minds[i]
+    bodies = world.bodies
+    bodies.mode[i] = me.mode
+    bodies.leader[i] = me.leader
+    bodies.landmark[i] = me.goal.which if me.goal.aim is Aim.LANDMARK else NOWHERE
+    if me.goal.place == NOWHERE:
+        bodies.goal[i] = bodies.position[i]
+        bodies.target[i] = bodies.position[i]
+        return
+    nav = navigation_of(world.building)
+    bodies.goal[i] = nav.centres[me.goal.place]
+    bodies.target[i] = nav.centres[_straight(nav, int(bodies.place[i]), me.goal)]
 
 
 def _straight(nav: Navigation, p: int, goal: Goal) -> int:

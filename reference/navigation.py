@@ -1,6 +1,6 @@
 """Where bodies may walk, and the shortest ways that never cut a corner.
 
-Clauses: A7.  The paper's NavMesh becomes a grid of 1 m cells [A7, chosen]: a step goes
+The paper's NavMesh becomes a grid of 1 m cells [A7, chosen]: a step goes
 to one of eight neighbours, diagonally only where both cells beside it are free; ways
 are then pulled straight wherever the straight line is free.  All floors share one
 numbering:
@@ -35,7 +35,8 @@ def cells_crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[l
     through: list[tuple[int, int]] = []
     corners = []
     row = col = 0
-    down, right = (1 if d_row > 0 else -1), (1 if d_col > 0 else -1)
+    down = 1 if d_row > 0 else -1
+    right = 1 if d_col > 0 else -1
     while (row, col) != (d_row, d_col):
         # the next border: (2 |row| + 1) / 2 |d_row| along the line; columns likewise
         turn = (2 * abs(row) + 1) * abs(d_col) - (2 * abs(col) + 1) * abs(d_row)
@@ -52,7 +53,8 @@ def cells_crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[l
 def shifted(grid: np.ndarray, d_row: int, d_col: int) -> np.ndarray:
     """For every cell, the grid's value at an offset from it; False beyond the edges."""
     _, rows, cols = grid.shape
-    down, right = abs(d_row), abs(d_col)
+    down = abs(d_row)
+    right = abs(d_col)
     wide = np.zeros((len(grid), rows + 2 * down, cols + 2 * right), dtype=grid.dtype)
     wide[:, down : down + rows, right : right + cols] = grid
     return wide[:, down + d_row :, right + d_col :][:, :rows, :cols]
@@ -71,11 +73,13 @@ class StraightLines:
         At a corner that the line meets exactly, `strict` requires both cells beside it
         to be free (a body must pass); otherwise one is enough (for sight).
         """
-        self.cols, self.reach = free.shape[2], int(reach)
+        self.cols = free.shape[2]
+        self.reach = int(reach)
         self.side = 2 * self.reach + 1
         self.table = np.zeros((free.size, self.side**2), dtype=bool)
         for k, (row, col) in enumerate(np.ndindex(self.side, self.side)):
-            d_row, d_col = row - self.reach, col - self.reach
+            d_row = row - self.reach
+            d_col = col - self.reach
             if d_row**2 + d_col**2 <= reach**2:
                 self.table[:, k] = _clear(free, ends, d_row, d_col, strict).ravel()
 
@@ -123,14 +127,17 @@ class Navigation:
     def __init__(self, building: Building):
         self.building = building
         self.floors, self.rows, self.cols = building.kind.shape
-        self.places, self.floor_size = building.kind.size, self.rows * self.cols
+        self.places = building.kind.size
+        self.floor_size = self.rows * self.cols
         self.walkable = building.walkable.ravel()
         row, col = np.divmod(np.arange(self.places) % self.floor_size, self.cols)
         self.centres = np.stack(building.metres(row, col), axis=1)
+
         free = building.walkable
         self.clear = StraightLines(free, free, paper.LOOK_AHEAD_METRES, strict=True)
         self.steps = [self._steps_of(floor) for floor in range(self.floors)]
         self._search = lru_cache(KEPT_WAYS)(self._search_floor)
+
         self.goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
         self.metres = np.zeros((len(self.goals), self.floor_size))
         self.waypoint = np.zeros(self.metres.shape, dtype=np.int32)
@@ -190,7 +197,8 @@ class Navigation:
 
     def straight(self, p: int, q: int) -> list[int]:
         """The places on the straight line from p to q of the same floor, p left out."""
-        d_row, d_col = q // self.cols - p // self.cols, q % self.cols - p % self.cols
+        d_row = q // self.cols - p // self.cols
+        d_col = q % self.cols - p % self.cols
         through, _ = cells_crossed(d_row, d_col)
         places = [p + row * self.cols + col for row, col in through]
         return places if p == q else [*places, q]
@@ -210,12 +218,14 @@ class Navigation:
         floor = int(goals[0]) // self.floor_size
         start = floor * self.floor_size
         d, after = self._search_floor(floor, None, tuple(goals.tolist()))
-        waypoint, here = after.copy(), start + np.flatnonzero(np.isfinite(d))
+        waypoint = after.copy()
+        here = start + np.flatnonzero(np.isfinite(d))
         at = after[here - start]
         while len(here):  # pull ways straight by one more step, as long as it works
             further = after[at - start]
             longer = (further != at) & self.clear.reaches(here, further)
-            here, at = here[longer], further[longer]
+            here = here[longer]
+            at = further[longer]
             waypoint[here - start] = at
         return d, waypoint
 
@@ -262,33 +272,46 @@ class Navigation:
         goals: places of one floor; cost: factor on every step into or out of a place
         (inf: no way), (places,) or (floors, rows, cols).
         """
-        d, after = np.full(self.places, np.inf), np.arange(self.places)
-        if ends := tuple(map(int, goals)):
-            floor, price = ends[0] // self.floor_size, None
-            here = slice(floor * self.floor_size, (floor + 1) * self.floor_size)
-            if cost is not None:
-                price = cost.ravel()[here].astype(float).tobytes()
-            d[here], after[here] = self._search(floor, price, ends)
+        d = np.full(self.places, np.inf)
+        after = np.arange(self.places)
+        ends = tuple(map(int, goals))
+        if not ends:
+            return d, after
+        floor = ends[0] // self.floor_size
+        here = slice(floor * self.floor_size, (floor + 1) * self.floor_size)
+        price = None
+        if cost is not None:
+            # as bytes, which a cache can look up: robots share the flames they avoid
+            price = cost.ravel()[here].astype(float).tobytes()
+        d[here], after[here] = self._search(floor, price, ends)
         return d, after
 
     def _search_floor(
         self, floor: int, price: bytes | None, goals: tuple[int, ...]
     ) -> tuple[np.ndarray, np.ndarray]:
         """`shortest` on one floor, (floor_size,) each; price: bytes of its costs."""
-        start, here = floor * self.floor_size, np.arange(self.floor_size)
         steps = self.steps[floor]
         if price is not None:  # weigh each step by the higher cost of its two ends
-            steps, cost = steps.copy(), np.frombuffer(price)
+            cost = np.frombuffer(price)
             left = np.repeat(cost, np.diff(steps.indptr))
+            steps = steps.copy()
             steps.data *= np.maximum(left, cost[steps.indices])
+        start = floor * self.floor_size
         ends = np.subtract(goals, start)
         d, before, _ = dijkstra(
             steps, indices=ends, min_only=True, return_predecessors=True
         )
-        return d, (np.where(before < 0, here, before) + start).astype(np.int32)
+        here = np.arange(self.floor_size)
+        after = np.where(before < 0, here, before) + start
+        return d, after.astype(np.int32)
+
+
+def navigation_of(building: Building) -> Navigation:
+    """The navigation of a building, computed once."""
+    return _navigation_of(building, paper.LOOK_AHEAD_METRES)
 
 
 @lru_cache(maxsize=8)
-def navigation_of(building: Building) -> Navigation:
-    """The navigation of a building, computed once."""
+def _navigation_of(building: Building, look_ahead: float) -> Navigation:
+    """Keep it, as long as the number that it reads does not change."""
     return Navigation(building)

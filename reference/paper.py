@@ -6,7 +6,7 @@ Stated numbers carry only their clause; chosen ones and deviations say why they 
 what they are.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from numbers import Integral
 from types import MappingProxyType
@@ -227,19 +227,22 @@ MOST = 10_000  # [B8, chosen] people, robots of a floor, sources: more would not
 class Scenario:
     """What is varied from one experiment to the next; the defaults are the paper's.
 
-    After 200 s nobody has health left [F8, chosen]; the time limit comes later.
+    After 200 s nobody has health left [F8, chosen]; the time limit comes later. The
+    numbers above are read when a scenario is made, not when this class is.
     """
 
-    people: int = PEOPLE  # spread evenly over the floors [B8]
-    people_per_floor: tuple[int, ...] | None = None  # instead, lowest floor first
+    # people: spread evenly over the floors [B8]; per floor: instead, lowest first
+    people: int = field(default_factory=lambda: PEOPLE)
+    people_per_floor: tuple[int, ...] | None = None
     rooms: tuple[str, ...] = ()  # ids of rooms to start in ("1/hall"); empty: anywhere
-    robots_per_floor: int = ROBOTS_PER_FLOOR  # [C2]
-    sources: int = FIRE_SOURCES  # at most so many fire sources [C2]
+    robots_per_floor: int = field(default_factory=lambda: ROBOTS_PER_FLOOR)  # [C2]
+    sources: int = field(default_factory=lambda: FIRE_SOURCES)  # at most [C2]
     training: bool = False  # rule D6: no fire on an occupied place (else on another)
     time_limit: float = 240.0  # s: people inside then are neither saved nor dead
-    sight_range: float = SIGHT_RANGE  # metres [B2]
-    frames_per_tick: int = FRAMES_PER_TICK
-    decision_seconds: float = DECISION_SECONDS  # rounded to ticks; fire follows [D2]
+    sight_range: float = field(default_factory=lambda: SIGHT_RANGE)  # metres [B2]
+    frames_per_tick: int = field(default_factory=lambda: FRAMES_PER_TICK)
+    # rounded to ticks; the fire's decisions follow [D2]
+    decision_seconds: float = field(default_factory=lambda: DECISION_SECONDS)
 
     def __post_init__(self) -> None:
         counts = [self.people, self.robots_per_floor, self.sources]

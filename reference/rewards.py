@@ -1,7 +1,4 @@
-"""Rewards of the robots and of the fire: sums over events, in health points.
-
-Clauses: B7, D2, D6, E5, F5, F8.
-"""
+"""Rewards of the robots and of the fire: sums over events, in health points."""
 
 from collections.abc import Iterable
 
@@ -13,7 +10,7 @@ def group_reward(events: Iterable[Event]) -> float:
     """Reward of the robots as a group [E5] [F8, chosen].
 
     Each human who leaves a floor alive adds their remaining health, each who passes an
-    exit FixReward more; each who dies costs Fixed Pen.
+    exit FixReward more; each who dies costs Fixed Pen [F5].
     """
     reward = 0.0
     for event in events:

@@ -1,9 +1,7 @@
 """Robots: Algorithm 3 and Eq. 1; who decides where they go, and two trivial deciders.
 
-Clauses: B5, C5-C8.
-
-    X_r, Y_r    decided destination;  X_r', Y_r'  the actual one [C6]
-    p           place
+X_r, Y_r    decided destination;  X_r', Y_r'  the actual one [C6]
+p           place
 """
 
 from collections.abc import Sequence
@@ -33,6 +31,7 @@ class RobotAlgorithm:
         robot.active = world.anybody_at_or_above(robot.floor)  # 1
         if not robot.active:
             return
+
         nav = navigation_of(world.building)
         speed = speed_while_leading(robot, world)  # 2
         if decision is not None:  # 3
@@ -53,13 +52,17 @@ class RobotAlgorithm:
             to_x, to_y = nav.centres[robot.way[0]].tolist()
             left = ((to_x - x) ** 2 + (to_y - y) ** 2) ** 0.5
             if left > metres:
-                x, y = x + (to_x - x) * metres / left, y + (to_y - y) * metres / left
+                x += (to_x - x) * metres / left
+                y += (to_y - y) * metres / left
                 break
-            x, y, metres = to_x, to_y, metres - left
             robot.way.pop(0)
+            metres -= left
+            x = to_x
+            y = to_y
         place = nav.place(robot.floor, x, y)
         if nav.walkable[place]:
-            robot.position, robot.place = np.array((x, y)), place
+            robot.position = np.array((x, y))
+            robot.place = place
         else:  # it would cut a corner: go to its cell's middle first
             robot.way.insert(0, robot.place)
 

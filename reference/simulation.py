@@ -1,7 +1,6 @@
 """One run of an evacuation, tick by tick: SENSE, DECIDE, MOVE, BURN, SETTLE.
 
-Clauses: A4-A6, B4, B5, B7, C7, C8, D2, D6, D7.  Only this module changes a world,
-through the modules before it.
+Only this module changes a world, through the modules before it.
 
     i   a human;  mark  index of a landmark
 """
@@ -76,31 +75,38 @@ class Simulation:
         world: what exists now; else drawn as the scenario says.
         Raises ValueError for more people than fit.
         """
-        self.building, self.scenario = building, scenario or Scenario()
-        self.tick = self.scenario.tick
+        self.building = building
+        self.scenario = scenario or Scenario()
         self.navigation: Navigation = navigation_of(building)
         self.sight: Sight = sight_of(building, self.scenario.sight_range)
+        self._marks = building.landmark.ravel()
+        self._areas = building.area.ravel()
+
+        # who takes part
         self.rng = generators(seed)
         self.robot_strategy: RobotStrategy = robots or NoRobots()
         self.fire_strategy: FireStrategy = fire or NoFire()
-        self._marks, self._areas = building.landmark.ravel(), building.area.ravel()
+        self.algorithm = RobotAlgorithm()
+        self.generator = Generator(building, self.scenario, self.rng["elsewhere"])
         self.spread = Spread(building, self.rng["flames"])
         if world is None:
             world = beginning(building, self.scenario, self.rng["people"])
             if isinstance(self.robot_strategy, NoRobots):
                 world.robots = []
         self.world = world
-        self.algorithm = RobotAlgorithm()
-        self.generator = Generator(building, self.scenario, self.rng["elsewhere"])
-        self.events: list[Event] = []
-        self.ticks, self.person_seconds = round(self.world.time / self.tick), 0.0
-        self.walked_to = np.empty((0, 2))
+
+        # clocks and what has happened
+        self.tick = self.scenario.tick
+        self.ticks = round(world.time / self.tick)
         self.decision_ticks = round(self.scenario.decision_seconds / self.tick)
         self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
-        self._flames_change = self.world.time if self.world.flames.sources else inf
+        self._flames_change = world.time if world.flames.sources else inf
         self.full_until = np.zeros(len(building.landmarks) + 1)
-        self.turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
-        self.due = np.ones(len(self.world.bodies), dtype=bool)
+        self.turn = np.arange(len(world.bodies)) % paper.RECONSIDER_TICKS
+        self.due = np.ones(len(world.bodies), dtype=bool)
+        self.events: list[Event] = []
+        self.person_seconds = 0.0
+        self.walked_to = np.empty((0, 2))
 
     # -- The tick -------------------------------------------------------------------
 
@@ -168,13 +174,15 @@ class Simulation:
     def strategies_decide(self) -> Destinations:
         """Ask the robots' strategy at each decision, the fire's at every k-th.
 
-        Both see the same world. Returns a destination per robot; None keeps the old.
+        Both see the same world. Robots whose work is done are not asked [C8]. Returns
+        a destination per robot; None keeps the old.
         """
-        robots, rng = self.world.robots, self.rng["robots"]
+        robots = self.world.robots
         decided: Destinations = [None] * len(robots)
         active = [k for k, robot in enumerate(robots) if robot.active]
         if active and self.ticks % self.decision_ticks == 0:
             team = [robots[k] for k in active]
+            rng = self.rng["robots"]
             answers = self.robot_strategy.decide(self.world, team, rng)
             for k, answer in zip(active, answers, strict=True):
                 decided[k] = answer
@@ -185,7 +193,8 @@ class Simulation:
     def _fire_decides(self) -> None:
         """Light the source that the fire decides for, or record why not [D6]."""
         world = self.world
-        if (decision := self.fire_strategy.decide(world, self.rng["fire"])) is None:
+        decision = self.fire_strategy.decide(world, self.rng["fire"])
+        if decision is None:
             return
         event = self.generator.generate(world, decision)
         self.events.append(event)
@@ -196,7 +205,7 @@ class Simulation:
     # -- MOVE -----------------------------------------------------------------------
 
     def robots_move(self, destinations: Destinations) -> None:
-        """Walk the robots, on their way or to a destination just decided."""
+        """Walk the robots, on their way or to a destination just decided [C7]."""
         for robot, destination in zip(self.world.robots, destinations, strict=True):
             self.algorithm.act(robot, self.world, destination, self.tick)
 
@@ -210,8 +219,11 @@ class Simulation:
 
     def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
         """(k, 2) metres where these people get to in a tick."""
-        bodies, turns = self.world.bodies, motion.turns(self.rng["bodies"])
-        position, pace, free = bodies.position[who], bodies.pace[who], self._free(who)
+        bodies = self.world.bodies
+        position = bodies.position[who]
+        pace = bodies.pace[who]
+        free = self._free(who)
+        turns = motion.turns(self.rng["bodies"])
         pairs = motion.neighbours(position, bodies.floor[who], pace, self.tick)
         return motion.step(position, target, pace, self.tick, free, pairs, turns)
 
@@ -233,12 +245,14 @@ class Simulation:
 
         A way that became free during the last tick is full again from that moment on.
         """
-        place, now = self.world.bodies.place, self.world.time
+        place = self.world.bodies.place
+        now = self.world.time
         entered = Counter(int(self._marks[place[i]]) for i, _ in touched)
         for mark, count in entered.items():
-            way, free = self.building.landmarks[mark], float(self.full_until[mark])
+            way = self.building.landmarks[mark]
             stairs = way.kind is Kind.ENTRANCE
             flow = paper.STAIRS_FLOW if stairs else paper.DOOR_FLOW
+            free = float(self.full_until[mark])
             since = free if free > now - self.tick + 1e-9 else now
             self.full_until[mark] = since + count / (flow * way.width)
 
@@ -246,7 +260,8 @@ class Simulation:
 
     def burn(self) -> None:
         """Advance the clock; spread flames and burn doors [A6] [D7]."""
-        world, self.ticks = self.world, self.ticks + 1
+        world = self.world
+        self.ticks += 1
         world.time = self.ticks * self.tick
         self.person_seconds += self.tick * sum(world.occupancy)
         if world.time >= self._flames_change and self.ticks % self._flame_ticks == 0:
@@ -255,7 +270,8 @@ class Simulation:
 
     def lose_health(self) -> None:
         """Lower everybody's health, and more in and beside flames [B7]."""
-        bodies, flames = self.world.bodies, self.world.flames
+        bodies = self.world.bodies
+        flames = self.world.flames
         rate = paper.HEALTH_RATE * self.scenario.frames_per_tick
         bodies.health -= rate * bodies.inside
         if flames.sources:
@@ -265,7 +281,8 @@ class Simulation:
 
     def _burn_doors(self) -> None:
         """Destroy the regular doors that have flames beside them [A6]."""
-        burning, burnt = self.world.flames.burning, self.world.burnt
+        burning = self.world.flames.burning
+        burnt = self.world.burnt
         touched = burning | cells_beside(self.building, burning)
         doors = self._marks[(touched & (self.building.kind == Kind.DOOR)).ravel()]
         for mark in sorted(set(doors.tolist()) - burnt):
@@ -275,20 +292,23 @@ class Simulation:
     # -- SETTLE ---------------------------------------------------------------------
 
     def settle(self, touched: Touched) -> None:
-        """Settle deaths, triggers and stairs; set who thinks in the next tick."""
+        """Settle deaths, triggers and stairs; set who thinks in the next tick [B4]."""
         bodies = self.world.bodies
         dead = np.flatnonzero((bodies.health <= paper.NO_HEALTH) & bodies.inside)
         for i in dead.tolist():
             bodies.health[i] = 0.0
             self._leave(i, Fate.DEAD)
             self._record(Died, i, int(bodies.floor[i]))
+
         self.due[:] = self.turn == self.ticks % paper.RECONSIDER_TICKS
         for i, before in touched:
             if bodies.fate[i] == Fate.INSIDE:
                 self._touch(i, before, int(self._marks[bodies.place[i]]))
-        landing = np.flatnonzero(bodies.stairs_until <= self.world.time).tolist()
-        for i in landing:
-            if (passed := walking.descend(self.world, i)) is not None:
+
+        landing = np.flatnonzero(bodies.stairs_until <= self.world.time)
+        for i in landing.tolist():
+            passed = walking.descend(self.world, i)
+            if passed is not None:
                 self._record(LeftFloor, i, passed, float(bodies.health[i]))
             self.due[i] = bodies.walking[i]
 
@@ -312,8 +332,11 @@ class Simulation:
     def _leave(self, i: int, fate: Fate) -> None:
         """Take a human out of the simulation."""
         bodies = self.world.bodies
-        bodies.fate[i], bodies.leader[i], bodies.landmark[i] = fate, NOBODY, NOWHERE
-        bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf
+        bodies.fate[i] = fate
+        bodies.leader[i] = NOBODY
+        bodies.landmark[i] = NOWHERE
+        bodies.stairwell[i] = NOWHERE
+        bodies.stairs_until[i] = inf
 
     def _record(self, event: type[Event], *fields: object) -> None:
         self.events.append(event(self.world.time, *fields))

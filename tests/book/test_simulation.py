@@ -39,7 +39,8 @@ def bodies(sim):
 
 def audit(sim):
     """Run to the end, and check after every tick and then what must never happen."""
-    before, robots = bodies(sim), deepcopy(sim.world.robots)
+    before = bodies(sim)
+    robots = deepcopy(sim.world.robots)
     for _ in ticks(sim):
         now = bodies(sim)
         robots_keep_their_floor_and_speed(sim, robots)
@@ -130,7 +131,8 @@ def buildings(draw):
         rows = np.full((south[-1] + 1, east[-1] + 1), ".")
         rows[south], rows[:, east] = "#", "#"
         for row, col in np.ndindex(down, across):
-            y, x = south[row] + 1, east[col] + 1  # of doors west and north
+            y = south[row] + 1
+            x = east[col] + 1  # of doors west and north
             west, north = draw(st.sampled_from([(1, 0), (0, 1), (1, 1)]))
             if col and (west or not row):
                 rows[y, east[col]] = "+"
@@ -187,7 +189,8 @@ def test_a_copy_runs_on_like_the_original_and_leaves_it_alone(robots):
     """Copied at 12 s, in the middle of everything."""
     sim = run("paper", robots=robots, seed=3)
     wait(sim, 12)
-    frozen, events = bodies(sim), list(sim.events)
+    frozen = bodies(sim)
+    events = list(sim.events)
     ahead = sim.copy()
     outcome = ahead.run()
     assert same(bodies(sim), frozen) and sim.events == events

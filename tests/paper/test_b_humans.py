@@ -410,7 +410,8 @@ def test_recklessness_lasts_as_long_whenever_it_begins():
     """The stuck may enter flames for RECKLESS_SECONDS, however ticks round."""
     for begun in (0, 39 * 0.6, 78 * 0.6, 117 * 0.6):
         sim = stage("#p...*....E", sight_range=10, still="p", time=begun)
-        p, burns = np.array([0]), sim.world.flames.burning.ravel()
+        p = np.array([0])
+        burns = sim.world.flames.burning.ravel()
         flame, reckless = sim.navigation.centres[burns][:1], 0
         for _ in ticks(sim, paper.STUCK_SECONDS + paper.RECKLESS_SECONDS + 1):
             free = free_for(
@@ -470,7 +471,9 @@ HOLE = """
 def test_through_a_destroyed_door_one_sees_people_and_doors(door):
     """Both ways; an intact door hides them."""
     sim = stage(HOLE if door == "destroyed" else HOLE.replace(":", "+"))
-    one, other, gone = view(sim, "p"), view(sim, "q"), bool(sim.world.burnt)
+    one = view(sim, "p")
+    other = view(sim, "q")
+    gone = bool(sim.world.burnt)
     assert [*one.landmarks] == [mark(sim, "+2" if gone else "+")]
     assert [*one.bodies] == [body("q")] * gone
     assert [*other.bodies] == [body("p")] * gone
@@ -712,7 +715,8 @@ def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
         ############
         """
     sim = stage(board, sight_range=4, leads="p")
-    me, p = mind(sim, "p"), int(sim.world.bodies.place[0])
+    me = mind(sim, "p")
+    p = int(sim.world.bodies.place[0])
     me.patches.update(sim.sight.patches.tolist())
     me.been = dict.fromkeys(range(p + 4, p, -1))
     patches = set(me.patches)
@@ -757,7 +761,8 @@ def test_who_has_strayed_into_the_foot_of_stairs_comes_out_again():
     sim = stage(f"{floor}\n\n{floor.replace('pE', '.#')}", leads="p")
     bodies, shape = sim.world.bodies, sim.building.kind.shape
     deep = np.ravel_multi_index((0, 7, 1), shape)
-    bodies.place[0], bodies.position[0] = deep, sim.navigation.centres[deep]
+    bodies.place[0] = deep
+    bodies.position[0] = sim.navigation.centres[deep]
     wait(sim, 60)
     assert events_of(sim, Evacuated)
 
@@ -940,7 +945,8 @@ def test_who_comes_out_of_a_stairwell_is_not_stuck():
 def test_out_of_a_stairwell_people_are_leaders_who_remember_one_entrance():
     """p followed a robot through a door and down; nobody walks back up."""
     sim = stage(TOWER.replace("p", ".").replace("q", "p"))
-    me, bodies = mind(sim, "p"), sim.world.bodies
+    me = mind(sim, "p")
+    bodies = sim.world.bodies
     play_until(sim, lambda: len(me.trail) and bodies.stairwell[0] >= 0)
     assert me.doors and me.seen_from and me.patches and me.been
     me.mode, me.leader = Mode.FOLLOWER, 0
@@ -978,7 +984,9 @@ def remembered(sim, i):
 
 def alter_elsewhere(sim, i, rng):
     """Change whatever can change where no ray of human i arrives."""
-    world, bodies, p = sim.world, sim.world.bodies, sim.world.bodies.place[i]
+    world = sim.world
+    bodies = sim.world.bodies
+    p = sim.world.bodies.place[i]
     hidden = np.ones(sim.navigation.places, dtype=bool)
     holes = look(world, sim.sight, np.array([i]))[0].holes
     hidden[[p, *sim.sight.seen(p, holes)]] = False
@@ -992,7 +1000,8 @@ def alter_elsewhere(sim, i, rng):
     away = np.flatnonzero(hidden[bodies.place] | ~bodies.walking)
     for j in away.tolist():
         other = world.minds[j]
-        other.mode, other.goal = Mode.FOLLOWER, Goal(Aim.LANDMARK, 0)
+        other.mode = Mode.FOLLOWER
+        other.goal = Goal(Aim.LANDMARK, 0)
         bodies.mode[j], bodies.leader[j], bodies.landmark[j] = 0, rng.integers(40), 0
     bodies.position[away] += 0.1
     bodies.fate[away[::2]] = Fate.DEAD
@@ -1007,7 +1016,8 @@ def test_who_sees_farther_gets_out_no_less():
     """In the paper's building, 40 evacuations; up to five points are left to chance."""
     saved = []
     for metres in (5, 6.5, 8, 10, 12):
-        rule, seeds = Scenario(sight_range=metres), range(91_001, 91_041)
+        rule = Scenario(sight_range=metres)
+        seeds = range(91_001, 91_041)
         runs = [Simulation(shipped("paper"), rule, seed=seed) for seed in seeds]
         to_the_end(runs)
         out = np.mean([run.outcome().evacuated / len(run.world.bodies) for run in runs])

@@ -316,7 +316,8 @@ def test_a_robot_leads_around_flames_where_it_can(flame, passes):
         #.........#
         ###########
         """
-    sim, rows = stage(board, still="p"), set()
+    sim = stage(board, still="p")
+    rows = set()
     for _ in range(40):
         sim.step()
         rows.add(next(k for k, row in enumerate(show(sim).splitlines()) if "R" in row))
@@ -354,7 +355,8 @@ def test_a_robot_that_has_finished_is_followed_no_more():
 def test_a_strategy_names_one_destination_for_each_robot_or_none(name):
     """Two floats where one can stand: the interface of a learned policy, too."""
     sim = Simulation(shipped("paper"), Scenario(), RandomRobots(), NoFire(), seed=1)
-    robots, rng = sim.world.robots, np.random.default_rng(0)
+    robots = sim.world.robots
+    rng = np.random.default_rng(0)
     destinations = ROBOTS[name]().decide(sim.world, robots, rng)
     assert len(destinations) == len(robots)
     for robot, wanted in zip(robots, destinations, strict=True):

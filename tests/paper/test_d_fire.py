@@ -137,7 +137,8 @@ def test_an_occupied_place_yields_another_free_one_outside_training(what):
 def test_the_other_free_place_may_be_anywhere_in_the_building():
     """On any floor: of many runs, some have it on each, and hardly two in one place."""
     sim = stage(BOARD, training=False)
-    wall, rng = spot(sim, "#"), np.random.default_rng(0)
+    wall = spot(sim, "#")
+    rng = np.random.default_rng(0)
     lit = [generated(sim, wall, rng) for _ in range(60)]
     assert {source.floor for source in lit} == {0, 1}
     assert len({(source.floor, source.x, source.y) for source in lit}) > 25
@@ -147,7 +148,8 @@ def test_the_other_free_place_may_be_anywhere_in_the_building():
 def test_other_places_come_in_one_order_for_a_whole_run():
     """The first that is free: when one burns it is the next one's turn."""
     sim = stage(BOARD, training=False)
-    wall, generator = spot(sim, "#"), sim.generator
+    wall = spot(sim, "#")
+    generator = sim.generator
     first = generator.generate(sim.world, wall)
     assert generator.generate(sim.world, wall) == first
     sim.world.flames.burning[first.floor, *sim.building.cell(first.x, first.y)] = True
@@ -165,7 +167,8 @@ def test_random_fires_of_one_seed_are_the_same_for_all_robots():
         for robots in (NoRobots(), Sweep())
     )
     one.run(), other.run()
-    mine, its = one.world.flames.sources, other.world.flames.sources
+    mine = one.world.flames.sources
+    its = other.world.flames.sources
     few = min(len(mine), len(its))
     assert few >= 2 and mine[:few] == its[:few]
 
@@ -308,7 +311,8 @@ def test_what_burns_is_what_the_flames_have_reached_lately(spread, now):
     """The rest is ash; `advance` tells when the next cell begins or ends to burn."""
     fire = flames(spread, ONE, OTHER)
     next_time = spread.advance(fire, now)
-    begin, end = fire.arrival, fire.arrival + paper.BURN_SECONDS
+    begin = fire.arrival
+    end = fire.arrival + paper.BURN_SECONDS
     assert np.array_equal(fire.burning, (begin <= now) & (now < end))
     assert np.array_equal(fire.ash, end <= now)
     assert fire.ash.any() == (now > paper.BURN_SECONDS)
@@ -417,7 +421,8 @@ def test_a_strategy_decides_floor_and_place_or_nothing(name):
 def test_a_random_fire_chooses_free_cells_of_rooms_on_all_floors():
     """Uniformly over the floors, hardly one twice, and no protected one."""
     world = empty(shipped("paper"))
-    rng, free = np.random.default_rng(0), fuel(world.building)
+    rng = np.random.default_rng(0)
+    free = fuel(world.building)
     chosen = [RandomFire().decide(world, rng) for _ in range(300)]
     floors = [floor for floor, _, _ in chosen]
     assert min(np.bincount(floors, minlength=3)) > 70
@@ -433,7 +438,8 @@ def test_nothing_ever_burns_where_all_cells_are_protected(fire):
     assert not fuel(sim.building).any()
     sim.run()
     assert not events_of(sim, FireLit | FireRefused)
-    rng, place = np.random.default_rng(0), (0, *sim.building.metres(1, 2))
+    rng = np.random.default_rng(0)
+    place = (0, *sim.building.metres(1, 2))
     for training in (True, False):
         scenario = Scenario(training=training)
         refused = Generator(sim.building, scenario, rng).generate(sim.world, place)

@@ -30,7 +30,7 @@ A3 building
   - return (here.kind == "room") == mark.leads_out
   + return here.kind == "room"
 A3 building
-  - closed = Kind.ENTRANCE if stairs else Kind.DOOR
+  - closed = Kind.ENTRANCE if "stairwell" in kinds else Kind.DOOR
   + closed = Kind.DOOR
 A3 walking
   - bodies.stairs_until[i] +=
@@ -123,7 +123,7 @@ B6 beginning
   - rank=rng.random(n),
   + rank=np.zeros(n),
 B6 humans
-  - elif entered not in me.trail[-1:] and
+  - elif last != entered and
   + elif
 B6 humans
   - best = max(ways
@@ -195,8 +195,8 @@ D3 fire
   - return below + 0.5
   + return below + 0.0
 D5 fire
-  - snapped(decision[1]), snapped(decision[2])
-  + snapped(decision[1]), decision[2]
+  - y = snapped(decision[2])
+  + y = decision[2]
 D6 fire
   - if self.training or not others.any():
   + if not others.any():

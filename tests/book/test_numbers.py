@@ -1,0 +1,68 @@
+"""Numbers of `paper` that change at run time are heard by the next simulation."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from changing import what_happens
+from conftest import ROOT
+
+from reference import paper
+
+CHANGED = {
+    "FLIGHT": 9.0,
+    "STAIRS_SPEED": 1.2,
+    "LOOK_AHEAD_METRES": 1,
+    "DOOR_FLOW": 0.3,
+    "PEOPLE": 12,
+    "HEALTH": 30.0,
+    "HEALTH_RATE": 0.02,
+    "FRAMES_PER_TICK": 5,
+    "SIGHT_RANGE": 2.0,
+    "WALKING_SPEED": 1.0,
+    "BODY_RADIUS": 0.15,
+    "RECONSIDER_TICKS": 5,
+    "ROBOTS_PER_FLOOR": 1,
+    "ROBOT_SPEED": 0.5,
+    "DECISION_SECONDS": 8.0,
+    "FIRE_SOURCES": 1,
+    "FIRE_FIRST_DECISION": 0,
+    "PROTECTED_METRES": 2.0,
+    "SPREAD_RATE": 0.3,
+    "BURN_SECONDS": 12.0,
+    "FLAME_SECONDS": 3.0,
+    "FIXED_PENALTY": 1000.0,
+    "FIXED_REWARD": 7.0,
+}
+"""Other values; each of them alone changes what happens."""
+
+
+@pytest.fixture(scope="module")
+def before():
+    """What happens first, under the numbers as they are."""
+    return what_happens()
+
+
+@pytest.fixture(scope="module")
+def always():
+    """What happens where each number was another before anything was built."""
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "tests" / "changing.py")],
+        input=json.dumps(CHANGED),
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return json.loads(done.stdout)
+
+
+@pytest.mark.parametrize("number", CHANGED)
+def test_a_number_changed_at_run_time_is_heard_by_the_next_run(
+    number, before, always, monkeypatch
+):
+    """As if it had always been so: nothing kept from the first run is used again."""
+    monkeypatch.setattr(paper, number, CHANGED[number])
+    assert before != always[number] == what_happens()
