@@ -169,8 +169,13 @@ class ActionDistribution:
         return torch.cat(parts, dim=-1)
 
     def entropy(self) -> Tensor:
-        """(...): mean of Gaussians + sum of branches [E3, torch/action_model.py]."""
-        total = self.gaussian.entropy().mean(dim=-1)
+        """(...): mean of Gaussians + sum of branches [E3, torch/action_model.py].
+
+        A policy of branches alone has the sum of branches.
+        """
+        total = self.gaussian.entropy().sum(dim=-1)
+        if components := self.gaussian.mean.shape[-1]:
+            total = total / components
         for branch in self.branches:
             total = total + branch.entropy()
         return total

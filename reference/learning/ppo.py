@@ -272,13 +272,14 @@ class Learner:
 #   has gone, and its last decision is valued with what they saw and did just then; in
 #   the original both are one decision older;
 # * log-probabilities and entropies are exact; the original adds 1e-7 within logarithms
-#   and to 2σ², less than 1e-5 of difference for options above 1 % and σ above 0.2;
+#   and to 2σ²: less than 1e-5 of difference for options above 1 %, and for σ above
+#   0.2 within 4 σ of the mean;
 # * "Losses/Policy Loss" keeps its sign (the original drops it); "Policy/Entropy" is
 #   measured on the minibatches (the original: when agents act); estimates are means
 #   over decisions, in scaled reward (the original: of trajectories' means);
 # * whole rounds arrive before the buffer is checked: an update uses more steps than the
-#   original's, with preset `paper` less than 19 %; training stops at `max_steps`, the
-#   original at the first step beyond;
+#   original's, with preset `paper` less than 19 %; training ends after the
+#   round that reaches `max_steps`, the original at the first step beyond;
 # * agents cut off by time are bootstrapped, as in the original, but not a fire that has
 #   lit its last source: it has nothing left to do, and no value was learned for that;
 # * beta_schedule and epsilon_schedule that a file leaves unset are the learning rate's,

@@ -207,6 +207,15 @@ def test_entropy_is_a_mean_over_dimensions_and_a_sum_over_branches():
 
 
 @pytest.mark.paper("E3")
+def test_a_policy_of_branches_alone_has_the_entropy_of_its_branches():
+    """There is no Gaussian to take a mean of: log 2 + log 3, for each of two agents."""
+    branches = [torch.zeros(2, 2), torch.zeros(2, 3)]
+    policy = ActionDistribution(torch.zeros(2, 0), torch.zeros(0), branches)
+    assert policy.entropy().tolist() == [pytest.approx(math.log(6))] * 2
+    assert policy.act().tolist() == [[0.0, 0.0]] * 2
+
+
+@pytest.mark.paper("E3")
 def test_without_noise_the_mean_action_is_taken():
     """The Gaussian's mean, and each branch's best option."""
     policy = ActionDistribution(
