@@ -78,7 +78,7 @@ def best_reward_carried(losses: Sequence[float], starters: Sequence[float]) -> f
 
 
 def critical_points(
-    building: Building, scenario: Scenario | None = None
+    building: Building, scenario: Scenario
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Critical Points 1 and 2, (reward, y) each, of any building [F12, chosen].
 
@@ -86,7 +86,7 @@ def critical_points(
     who start as in the scenario. With all forty on the paper's third floor these are
     the paper's points.
     """
-    start = beginning(building, scenario or Scenario(), np.random.default_rng(0))
+    start = beginning(building, scenario, np.random.default_rng(0))
     worst = worst_reward(sum(start.occupancy))
     best = best_reward_carried(losses(building), start.occupancy)
     _, worst_y = paper.WORST_POINT

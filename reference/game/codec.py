@@ -84,7 +84,3 @@ class PolicyCodec:
             return axes
         floor = (2 * raw[..., AXES:] + 1) / self.building.floors - 1
         return np.concatenate([floor, axes], axis=-1)
-
-    def raw(self, actions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """Invert `actions` for robots, (..., 2); nan stays nan."""
-        return actions * RAW_LIMIT

@@ -112,20 +112,19 @@ def segments(alive: np.ndarray, horizon: int) -> Iterator[tuple[int, int, list[i
 
 
 def minibatches(
-    decisions: Decisions, batch_size: int, rng: torch.Generator, epochs: int = 1
+    decisions: Decisions, batch_size: int, rng: torch.Generator
 ) -> Iterator[Decisions]:
     """Shuffle group decisions into minibatches of about batch_size steps each.
 
-    An epoch has as many as there are whole batches of steps; the tail is dropped. A
-    batch smaller than the group still holds one group decision.
+    There are as many as there are whole batches of steps; the tail is dropped. A batch
+    smaller than the group still holds one group decision.
     """
     steps = int(decisions.alive.sum())
     size = max(1, len(decisions) * batch_size // max(1, steps))
     count = min(steps // batch_size, len(decisions) // size)
-    for _ in range(epochs):
-        order = torch.randperm(len(decisions), generator=rng)
-        for which in order.split(size)[:count]:
-            batch = decisions.rows(which)
-            last = torch.channels_last  # in memory, as convolutions are quickest
-            batch.grids = batch.grids.to(torch.float32, memory_format=last)
-            yield batch
+    order = torch.randperm(len(decisions), generator=rng)
+    for which in order.split(size)[:count]:
+        batch = decisions.rows(which)
+        last = torch.channels_last  # in memory, as convolutions are quickest
+        batch.grids = batch.grids.to(torch.float32, memory_format=last)
+        yield batch

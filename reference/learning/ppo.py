@@ -43,7 +43,7 @@ Summary = dict[str, float]  # means by ML-Agents' summary names
 
 
 def scheduled(
-    start: float, floor: float, step: int, max_steps: int, schedule: str = "linear"
+    start: float, floor: float, step: int, max_steps: int, schedule: str
 ) -> float:
     """A setting at a step: linear to its floor, or constant [E3, torch/utils.py]."""
     if schedule == "constant":
@@ -217,13 +217,14 @@ class Learner:
             group["lr"] = learning_rate
 
         seen: dict[str, list[float]] = defaultdict(list)
-        for batch in minibatches(buffer, s.batch_size, self.rng, s.num_epoch):
-            loss, parts = self.loss(batch, epsilon, beta)
-            self.optimiser.zero_grad()
-            loss.backward()
-            self.optimiser.step()
-            for name, value in parts.items():
-                seen[name].append(float(value.detach()))
+        for _ in range(s.num_epoch):
+            for batch in minibatches(buffer, s.batch_size, self.rng):
+                loss, parts = self.loss(batch, epsilon, beta)
+                self.optimiser.zero_grad()
+                loss.backward()
+                self.optimiser.step()
+                for name, value in parts.items():
+                    seen[name].append(float(value.detach()))
 
         return {
             **{name: mean(values) for name, values in seen.items()},

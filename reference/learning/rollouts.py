@@ -21,7 +21,7 @@ from reference.game.environment import (
     until_next_decision,
 )
 from reference.game.observations import grid, robots_at_work
-from reference.learning.experience import Record, Trajectory
+from reference.learning.experience import RECORDED, Record, Trajectory
 from reference.learning.players import Learned, Player
 from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
@@ -210,16 +210,12 @@ class _Run:
         if not records:
             return None
         (seen,) = self.players[side].read([self.moment(side)])
-        cells = grid(self.simulation.world)
-        alive = records[-1]["alive"] & self._cut_off(side)
-        return Trajectory(
-            vectors=np.stack([*(row["vectors"] for row in records), seen]),
-            grids=np.stack([*(row["grids"] for row in records), cells]),
-            alive=np.stack([*(row["alive"] for row in records), alive]),
-            actions=np.stack([row["actions"] for row in records]),
-            log_probs=np.stack([row["log_probs"] for row in records]),
-            rewards=np.array(self.rewards[side]),
-        )
+        columns = {name: [row[name] for row in records] for name in RECORDED}
+        columns["vectors"].append(seen)
+        columns["grids"].append(grid(self.simulation.world))
+        columns["alive"].append(columns["alive"][-1] & self._cut_off(side))
+        arrays = {name: np.stack(rows) for name, rows in columns.items()}
+        return Trajectory(**arrays, rewards=np.array(self.rewards[side]))
 
     def _cut_off(self, side: Side) -> np.ndarray | bool:
         """Has time left them with something to do [C8]? (G,) bool, or one for all."""

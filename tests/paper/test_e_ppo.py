@@ -30,9 +30,9 @@ from reference.learning.ppo import (
 @pytest.mark.paper("E3")
 def test_a_linear_schedule_ends_at_its_floor():
     """0.3 → 0.1 over 1000 steps: 0.25 after a quarter, and 0.1 ever after."""
-    assert scheduled(0.3, 0.1, 0, 1000) == pytest.approx(0.3)
-    assert scheduled(0.3, 0.1, 250, 1000) == pytest.approx(0.25)
-    assert [scheduled(0.3, 0.1, n, 1000) for n in (1000, 5000)] == [0.1, 0.1]
+    assert scheduled(0.3, 0.1, 0, 1000, "linear") == pytest.approx(0.3)
+    assert scheduled(0.3, 0.1, 250, 1000, "linear") == pytest.approx(0.25)
+    assert [scheduled(0.3, 0.1, n, 1000, "linear") for n in (1000, 5000)] == [0.1, 0.1]
     assert scheduled(0.3, 0.1, 999, 1000, "constant") == 0.3
 
 

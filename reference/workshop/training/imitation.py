@@ -16,7 +16,7 @@ import numpy as np
 import torch
 
 from reference.building import Building
-from reference.game.codec import Moment
+from reference.game.codec import RAW_LIMIT, Moment
 from reference.game.observations import grid, headed, to_normalised
 from reference.learning.experience import Decisions, Record, Trajectory, decisions_of
 from reference.learning.players import Learned, Player
@@ -99,11 +99,12 @@ class _Teacher(Player):
         (seen,) = self.read([moment])
         kept = np.isnan(wanted).any(axis=1)
         aims = np.where(kept[:, None], headed(moment.world), wanted)
-        actions = np.nan_to_num(self.codec.raw(aims, moment.vectors))
         taught = moment.alive.copy()
         if isinstance(self.codec, RobotsFrame):
+            actions = np.nan_to_num(self.codec.raw(aims, moment.vectors))
             taught &= self.codec.off_anchors(actions, seen) <= GROUP_RADIUS
         else:
+            actions = np.nan_to_num(aims * RAW_LIMIT)
             taught &= ~kept
         return {
             "vectors": seen,
