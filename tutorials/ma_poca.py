@@ -58,7 +58,8 @@ class Game:
 
     def reset(self) -> Tensor:
         """Begin an episode; return o (G, D)."""
-        self.t, self.gone = 0, False
+        self.t = 0
+        self.gone = False
         return self._observed()
 
     def step(self, a: Tensor) -> tuple[Tensor, Tensor, float, bool]:
@@ -87,7 +88,8 @@ class Zoo:
         self.names = self.env.possible_agents
         self.box = self.env.action_space(self.names[0])
         self.n = int(getattr(self.box, "n", 0))
-        self.G, self.K = len(self.names), self.n or prod(self.box.shape)
+        self.G = len(self.names)
+        self.K = self.n or prod(self.box.shape)
         self.D = prod(self.env.observation_space(self.names[0]).shape)
 
     def reset(self) -> Tensor:
@@ -128,8 +130,10 @@ class Episode(NamedTuple):
 @torch.no_grad()
 def play(game: Game | Zoo, actor: "Actor") -> Episode:
     """Play one episode with sampled actions."""
-    o, alive = [game.reset()], [torch.ones(game.G, dtype=torch.bool)]
-    done, over = [], False
+    o = [game.reset()]
+    alive = [torch.ones(game.G, dtype=torch.bool)]
+    done = []
+    over = False
     while not over:
         policy = actor(o[-1])
         a = policy.sample()  # (G, K); learners keep it as it is, the game clips it
@@ -205,7 +209,8 @@ class GroupCritic(nn.Module):
 
     def counterfactual(self, o: Tensor, a: Tensor, alive: Tensor) -> Tensor:
         """o (B, G, D), a (B, G, K), alive (B, G) -> Q (B, G)."""
-        g, f = self.g(o), self.f(torch.cat([o, a], dim=-1))  # (B, G, H) each
+        g = self.g(o)  # (B, G, H)
+        f = self.f(torch.cat([o, a], dim=-1))  # (B, G, H)
         own = torch.eye(g.shape[1], dtype=torch.bool)[..., None]  # (G, G, 1)
         sets = torch.where(own, g[:, None], f[:, None])  # (B, G, G, H): sets of Q_j
         return self._value(sets, alive[:, None].expand(sets.shape[:3]))
@@ -229,8 +234,10 @@ class ResidualSelfAttention(nn.Module):
     def __init__(self, s: Settings, std: float):
         super().__init__()
         self.heads = s.heads
-        layers = (linear(s.hidden, s.hidden, std) for _ in range(4))
-        self.query, self.key, self.to_value, self.out = layers
+        self.query = linear(s.hidden, s.hidden, std)
+        self.key = linear(s.hidden, s.hidden, std)
+        self.to_value = linear(s.hidden, s.hidden, std)
+        self.out = linear(s.hidden, s.hidden, std)
 
     def forward(self, x: Tensor, alive: Tensor) -> Tensor:
         """x (..., G, H), alive (..., G) -> (..., H). Absent agents have no effect."""
@@ -267,8 +274,10 @@ def policy_loss(logp: Tensor, old_logp: Tensor, A: Tensor, epsilon: float) -> Te
     """−mean min(ρA, clip(ρ, 1 ± ε)A); logp, old_logp (M, K), A (M,)."""
     # TRAP 1. Each component of an action has its own ratio ρ and its own clip. Do not
     # sum log-probabilities over components.
-    rho, A = (logp - old_logp).exp(), A[:, None]  # (M, K), (M, 1)
-    return -torch.minimum(rho * A, rho.clamp(1 - epsilon, 1 + epsilon) * A).mean()
+    rho = (logp - old_logp).exp()  # (M, K)
+    clipped = rho.clamp(1 - epsilon, 1 + epsilon)
+    A = A[:, None]  # (M, 1)
+    return -torch.minimum(rho * A, clipped * A).mean()
 
 
 def baseline_loss(Q: Tensor, old_Q: Tensor, y: Tensor, epsilon: float) -> Tensor:
@@ -292,7 +301,9 @@ class PPO:
     """Each agent for itself: V of its own observation, and nothing after its end."""
 
     def __init__(self, D: int, K: int, s: Settings):
-        self.s, self.actor, self.critic = s, Actor(D, K, s), self.new_critic(D, K, s)
+        self.s = s
+        self.actor = Actor(D, K, s)
+        self.critic = self.new_critic(D, K, s)
         both = [*self.actor.parameters(), *self.critic.parameters()]
         self.adam = torch.optim.Adam(both, lr=s.learning_rate)
 
@@ -315,7 +326,8 @@ class PPO:
 
     def loss(self, b: Batch) -> Tensor:
         """policy loss + critic loss − β · entropy, over agents that are alive."""
-        policy, live = self.actor(b.o), b.alive
+        live = b.alive
+        policy = self.actor(b.o)
         logp = policy.log_prob(b.a)  # (B, G, K)
         of_policy = policy_loss(logp[live], b.logp[live], b.A[live], self.s.epsilon)
         entropy = policy.entropy()[live].mean()  # over components and agents
@@ -323,7 +335,8 @@ class PPO:
 
     def update(self, episodes: list[Episode]) -> None:
         """Learn from some episodes, and forget them."""
-        b = Batch(*map(torch.cat, zip(*map(self.targets, episodes), strict=True)))
+        parts = [self.targets(e) for e in episodes]
+        b = Batch(*(torch.cat(column) for column in zip(*parts, strict=True)))
         live = b.A[b.alive]  # normalised once, not in every minibatch
         b = b._replace(A=(b.A - live.mean()) / (live.std(correction=0) + 1e-10))
         for _ in range(self.s.epochs):
@@ -354,22 +367,28 @@ class MAPOCA(PPO):
 
     def critic_loss(self, b: Batch) -> Tensor:
         """0.5 · (value loss + 0.5 · baseline loss)."""
-        live, y = b.alive, b.y[b.alive]  # (B, G), (M,)
+        live = b.alive  # (B, G)
+        y = b.y[live]  # (M,)
         V = self.critic(b.o, live)[:, None].expand(live.shape)[live]  # (M,)
         Q = self.critic.counterfactual(b.o, b.a, live)[live]  # (M,)
         of_baseline = baseline_loss(Q, b.Q[live], y, self.s.epsilon)
         return 0.5 * ((V - y).square().mean() + 0.5 * of_baseline)
 
 
-UPDATES, EPISODES, SEEDS = 20, 40, 3
+UPDATES = 20
+EPISODES = 40
+SEEDS = 3
 LARGER = Settings(0.95, 0.9, learning_rate=0.0003, batch_size=125, hidden=64)
 
 
 def trained(kind: Any, seed: int, module: str = "", updates: int = UPDATES) -> Any:
     """Train a learner; return (updates,) what its episodes earned on average."""
     torch.manual_seed(seed)
-    game, s = (Zoo(module), LARGER) if module else (Game(), Settings())
-    learner, curve, unit = kind(game.D, game.K, s), [], 0.0
+    game = Zoo(module) if module else Game()
+    s = LARGER if module else Settings()
+    learner = kind(game.D, game.K, s)
+    curve = []
+    unit = 0.0
     for _ in range(updates):
         episodes = [play(game, learner.actor) for _ in range(EPISODES)]
         earned = torch.stack([e.r.sum() for e in episodes])
@@ -385,7 +404,8 @@ def main(module: str = "", updates: int = UPDATES) -> dict[str, Tensor]:
     found = {}
     for kind in (MAPOCA, PPO):
         runs = torch.stack([trained(kind, n, module, updates) for n in range(SEEDS)])
-        found[kind.__name__], mean = runs, runs.mean(dim=0).tolist()
+        found[kind.__name__] = runs
+        mean = runs.mean(dim=0).tolist()
         print("an episode earns", *(f"{earned:.1f}" for earned in mean))
         print(kind.__name__, "ends at", round(mean[-1]))
     return found

@@ -1,8 +1,8 @@
 """Bounds of the reward: R_w when everybody dies, R_b by Eq. 7, and the critical points.
 
-Clauses: F4, F5, F6, F7, F8, F12.  Two upper bounds: Eq. 7 counts everybody on every
-floor, each at full health; `best_reward_carried` starts people on their own floors and
-carries health over from floor to floor.
+Two upper bounds: Eq. 7 counts everybody on every floor, each at full health;
+`best_reward_carried` starts people on their own floors and carries health over from
+floor to floor.
 
     n     people;  hp  health at the start;  len  way to a floor's nearest way out, m
     loss  health lost on that way;  j  floor
@@ -53,11 +53,13 @@ def mean_ways(building: Building) -> tuple[float, ...]:
 
     From every cell of the floor's rooms to the nearest exit or entrance of stairs down.
     """
-    nav, ways = navigation_of(building), []
+    nav = navigation_of(building)
+    ways = []
     for floor in range(building.floors):
         nearest = nav.distance_to(*building.ways_out(floor))
         of_floor = nearest.reshape(building.kind.shape)[floor]
-        ways.append(float(of_floor[building.kind[floor] == Kind.FLOOR].mean()))
+        in_rooms = building.kind[floor] == Kind.FLOOR
+        ways.append(float(of_floor[in_rooms].mean()))
     return tuple(ways)
 
 
@@ -76,7 +78,7 @@ def best_reward_carried(losses: Sequence[float], starters: Sequence[float]) -> f
 
 
 def critical_points(
-    building: Building, scenario: Scenario | None = None
+    building: Building, scenario: Scenario
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Critical Points 1 and 2, (reward, y) each, of any building [F12, chosen].
 
@@ -84,8 +86,14 @@ def critical_points(
     who start as in the scenario. With all forty on the paper's third floor these are
     the paper's points.
     """
-    start = beginning(building, scenario or Scenario(), np.random.default_rng(0))
+    start = beginning(building, scenario, np.random.default_rng(0))
     worst = worst_reward(sum(start.occupancy))
     best = best_reward_carried(losses(building), start.occupancy)
-    worst, best = (float(f"{R:.{DIGITS - 1}e}") for R in (worst, best))
-    return (worst, paper.WORST_POINT[1]), (best, paper.BEST_POINT[1])
+    _, worst_y = paper.WORST_POINT
+    _, best_y = paper.BEST_POINT
+    return (_rounded(worst), worst_y), (_rounded(best), best_y)
+
+
+def _rounded(reward: float) -> float:
+    """Round to DIGITS significant digits."""
+    return float(f"{reward:.{DIGITS - 1}e}")

@@ -1,15 +1,15 @@
 """Difficulty h of a fire: how much of people's ways out it takes, and how early.
 
-Clauses: A3, A6, D6, D7, F10, F11.  The main text, which defines h, was not at hand;
-ours uses the graph of rooms, doors and stairwells, and when each cell begins to burn.
+The main text, which defines h, was not at hand; ours uses the graph of rooms, doors and
+stairwells [A3], and when each cell begins to burn.
 
     h   difficulty, from 0 to `hardest()`
     d   shortest way out, metres, inf where there is none;  d0  the same without fire
     t   seconds since the evacuation began;  T  how long health lasts
 """
 
-from functools import lru_cache
 from math import dist, inf, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -20,6 +20,8 @@ from reference.building import Building
 from reference.fire import fuel, rim
 from reference.simulation import Simulation
 from reference.world import World
+
+LEAST_METRES = 1e-9  # of any way, in its own area: so no row of shares sums to 0
 
 
 def hardest() -> float:
@@ -59,9 +61,11 @@ def difficulty(building: Building, arrival: np.ndarray, people: np.ndarray) -> f
     """
     if not people.any():
         return 0.0
-    to_walk = people / people.sum() @ _passed(building)
+    starters = people / people.sum()
+    to_walk = starters @ _ways_by_area(building)  # sums to 1
     count = len(moments())
-    health_left = -np.diff((1 - np.arange(count + 1) / count) ** 2)  # sums to 1
+    time = np.arange(count + 1) / count
+    health_left = -np.diff((1 - time) ** 2)  # sums to 1
     lost = health_left @ ways_lost(building, arrival) @ to_walk
     return hardest() * sqrt(min(lost, 1.0))
 
@@ -78,14 +82,21 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
     * the way from a room's middle to its doors grows as the room's free area shrinks:
       it is twice as long when half of the room burns.
     """
-    (start, end, area), length = _links(building)
-    free, shut = _free(building, arrival)[:, area], _shut(building, arrival)
+    links = _links(building)
+
+    # what flames do to links, (moments, k)
+    free = _free(building, arrival)[:, links.area]
     longer = np.full(free.shape, inf)
-    np.divide(length, free, out=longer, where=free > 0)
-    burns = np.isin(area, building.area[fuel(building)])
-    longer[(shut[:, start] | shut[:, end]) & burns] = inf
-    ways = _ways_out(building, np.vstack([length, longer]))[0]
-    d0, d = np.split(ways[:, : len(building.areas)], [1])
+    np.divide(links.metres, free, out=longer, where=free > 0)
+    shut = _shut(building, arrival)
+    burns = np.isin(links.area, building.area[fuel(building)])
+    longer[(shut[:, links.start] | shut[:, links.end]) & burns] = inf
+
+    # ways without fire, then at each moment
+    ways, _ = _ways_out(building, links, np.vstack([links.metres, longer]))
+    of_areas = ways[:, : len(building.areas)]
+    d0 = of_areas[0]
+    d = of_areas[1:]
     known = np.isfinite(d0) & (d > 0)
     return 1 - np.divide(d0, d, out=np.ones_like(d), where=known)
 
@@ -119,37 +130,51 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
 # -- The graph, each edge cut in two at its landmark --------------------------------
 
 
-@lru_cache(maxsize=8)
-def _links(building: Building) -> tuple[np.ndarray, np.ndarray]:
-    """Cut the edges of `building.ways` at their landmarks into k halves.
+class Links(NamedTuple):
+    """The k halves of edges; nodes are numbered, first all areas, then landmarks."""
 
-    Returns (3, k), the start node, end node and area of each half, and (k,), its
-    metres. Nodes are numbered: first all areas, then all landmarks.
-    """
-    links: dict[tuple[int, int, int], float] = {}
-    for one, other, key, metres in building.ways.edges(keys=True, data="length"):
-        start, end = building.area_of[one], building.area_of.get(other)
-        if mark := building.landmark_of.get(key):
+    start: np.ndarray  # (k,) nodes
+    end: np.ndarray
+    area: np.ndarray  # (k,) in which a half lies
+    metres: np.ndarray  # (k,) without fire
+
+
+def _links(building: Building) -> Links:
+    """Cut the edges of `building.ways` at their landmarks; stairs stay whole."""
+    metres: dict[tuple[int, int, int], float] = {}
+    for one, other, key in building.ways.edges(keys=True):
+        here = building.area_of[one]
+        there = building.area_of.get(other)  # None: outside
+        mark = building.landmark_of.get(key)
+        if mark:
             node = len(building.areas) + mark.index
-            links[start.index, node, start.index] = dist(start.centre, mark.position)
-            if end:
-                links[node, end.index, end.index] = dist(end.centre, mark.position)
-        elif end:  # stairs
-            links[start.index, end.index, start.index] = metres
-    return np.array(list(links)).T, np.array(list(links.values()))
+            metres[here.index, node, here.index] = dist(here.centre, mark.position)
+            if there:
+                metres[node, there.index, there.index] = dist(
+                    there.centre, mark.position
+                )
+        elif there:
+            metres[here.index, there.index, here.index] = paper.stairs_metres()
+    start, end, area = np.array(list(metres)).T
+    return Links(start, end, area, np.array(list(metres.values())))
 
 
-def _ways_out(building: Building, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _ways_out(
+    building: Building, links: Links, metres: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Search from the exits against the links: metres, and the next node on the way.
 
-    length: (times, k) metres of the links; returns (times, nodes) each. One big graph
-    holds the graphs of all times, and next nodes are numbered through all of it.
+    metres: (times, k) of the links; returns (times, nodes) each. One big graph holds
+    the graphs of all times, and next nodes are numbered through all of it.
     """
-    (start, end, _), times = _links(building)[0], len(length)
-    areas, nodes = len(building.areas), len(building.areas) + len(building.landmarks)
+    times = len(metres)
+    areas = len(building.areas)
+    nodes = areas + len(building.landmarks)
     first = nodes * np.arange(times)[:, None]
-    ends = (first + end).ravel(), (first + start).ravel()
-    graph = csr_matrix((length.ravel(), ends), shape=(nodes * times, nodes * times))
+    backwards = (first + links.end).ravel(), (first + links.start).ravel()
+    graph = csr_matrix(
+        (metres.ravel(), backwards), shape=(nodes * times, nodes * times)
+    )
     exits = (first + areas + sorted(building.exits)).ravel()
     d, after, _ = dijkstra(
         graph, indices=exits, min_only=True, return_predecessors=True
@@ -157,18 +182,20 @@ def _ways_out(building: Building, length: np.ndarray) -> tuple[np.ndarray, np.nd
     return d.reshape(times, nodes), after.reshape(times, nodes)
 
 
-@lru_cache(maxsize=8)
-def _passed(building: Building) -> np.ndarray:
+def _ways_by_area(building: Building) -> np.ndarray:
     """Compute the share of an area's way out that lies in each area, (areas, areas).
 
     The way is the shortest without fire, in metres; rows sum to 1.
     """
+    links = _links(building)
+    (d0,), (after,) = _ways_out(building, links, links.metres[None])
     areas = len(building.areas)
-    (d0,), (after,) = _ways_out(building, _links(building)[1][None])
-    metres = 1e-9 * np.eye(areas)
+    metres = np.zeros((areas, areas))
     for area in range(areas):
+        metres[area, area] = LEAST_METRES
         node = area
-        while (further := after[node]) >= 0:
+        while after[node] >= 0:
+            further = after[node]
             inside = node if node < areas else further
             metres[area, inside] += d0[node] - d0[further]
             node = further
@@ -186,9 +213,10 @@ def _free(building: Building, arrival: np.ndarray) -> np.ndarray:
 
 def _shut(building: Building, arrival: np.ndarray) -> np.ndarray:
     """Find landmarks that are shut, (moments, nodes) bool."""
-    areas, marks = len(building.areas), building.landmarks
-    shut = np.zeros((len(moments()), areas + len(marks)), dtype=bool)
-    for node, mark in enumerate(marks, areas):
+    areas = len(building.areas)
+    nodes = areas + len(building.landmarks)
+    shut = np.zeros((len(moments()), nodes), dtype=bool)
+    for node, mark in enumerate(building.landmarks, areas):
         own = (building.landmark == mark.index) & fuel(building)
         if own.any():
             shut[:, node] = _burning(arrival[own]).any(axis=1)

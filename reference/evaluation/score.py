@@ -1,7 +1,7 @@
 """The score E of robots: their reward weighed against the difficulty of the fire.
 
-Clauses: F1, F2, F3, F9, F10, F12.  A `Ruler` holds the constants of E.
-`paper_ruler` has the paper's; `calibrated` makes one as the paper did.
+A `Ruler` holds the constants of E.  `paper_ruler` has the paper's; `calibrated` makes
+one as the paper did.
 
     R   reward, health points;          h   difficulty, on the scale of F10
     y   exponential value of a reward;  e′  y and difficulty together, before scaling
@@ -41,12 +41,17 @@ class Ruler:
 
     def reward_part(self, reward: Number) -> Number:
         """y = b^(R/α) / c [F1, Eq. 4]; RulerError where it exceeds LARGEST."""
-        R, α, b, c = reward, self.alpha, self.base, self.control
-        if (highest := np.max(R)) > (most := self.reward_at(LARGEST)):
+        highest = np.max(reward)
+        most = self.reward_at(LARGEST)
+        if highest > most:
             raise RulerError(
                 f"reward {highest:g} lies off this ruler, which reads at most "
                 f"{most:.0f}: calibrate one for this building and these people"
             )
+        R = reward
+        α = self.alpha
+        b = self.base
+        c = self.control
         return b ** (R / α) / c
 
     def slope(self, reward: Number) -> Number:
@@ -55,7 +60,9 @@ class Ruler:
 
     def difficulty_part(self, difficulty: Number) -> Number:
         """h² / (kα²) [F9, Eq. 8]."""
-        h, k, α = difficulty, self.k, self.alpha
+        h = difficulty
+        k = self.k
+        α = self.alpha
         return h**2 / (k * α**2)
 
     def score(self, reward: Number, difficulty: Number) -> Number:
@@ -68,7 +75,10 @@ class Ruler:
 
     def difficulty_at(self, reward: float) -> float:
         """Invert Eq. 8: the h with which this reward scores 1, at least 0 [F10]."""
-        k, β, α, y = self.k, self.beta, self.alpha, self.reward_part(reward)
+        y = self.reward_part(reward)
+        k = self.k
+        α = self.alpha
+        β = self.beta
         return (max(β - y, 0.0) * k) ** 0.5 * α
 
 
@@ -77,7 +87,9 @@ def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
 
     b = (y₂/y₁)^(α/(R₂−R₁)), c = b^(R₁/α)/y₁.
     """
-    (R_1, y_1), (R_2, y_2), α = worst, best, paper.ALPHA
+    R_1, y_1 = worst
+    R_2, y_2 = best
+    α = paper.ALPHA
     b = (y_2 / y_1) ** (α / (R_2 - R_1))
     return b, b ** (R_1 / α) / y_1
 

@@ -1,8 +1,7 @@
 """Encode what a side observes for its network, and decode the network's actions.
 
-Clauses: C1, C3, C5, D1, D2, E3, E4.  Here both are as in the paper; subclasses in
-`workshop.remedies` do it otherwise.  The environment's actions are coordinates of the
-whole floor, in [-1, 1].
+Here both are as in the paper; subclasses in `workshop.remedies` do it otherwise.  The
+environment's actions are coordinates of the whole floor, in [-1, 1].
 
     G    agents of a side;  R  robots, the fire's G is 1
     V    numbers a network reads;  K  of its action;  A  of the environment's action
@@ -49,15 +48,20 @@ class PolicyCodec:
     """Encode observations for one side's network, and decode its actions."""
 
     def __init__(self, side: str, building: Building, scenario: Scenario):
-        self.side, self.building, self.scenario = side, building, scenario
+        self.side = side
+        self.building = building
+        self.scenario = scenario
         self.layout = vector_layout(building, scenario)
 
     @property
     def sizes(self) -> Sizes:
-        """What goes in and comes out [C1] [C3] [C5] [D2]."""
-        branches = (self.building.floors,) if self.side == "fire" else ()
-        shape = self.layout.size, grid_shape(self.building)
-        return Sizes(*shape, AXES, branches)
+        """Shapes of what goes in [C1] [C3] [D1] and of what comes out [C5] [D2]."""
+        return Sizes(
+            vector=self.layout.size,
+            grid=grid_shape(self.building),
+            continuous=AXES,
+            branches=(self.building.floors,) if self.side == "fire" else (),
+        )
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32, what a network reads of observations (N, V).
@@ -65,7 +69,9 @@ class PolicyCodec:
         The fire's numbers are scaled; Table II does not scale them [E4, deviation].
         headed: (R, 2), where robots go; the paper's policies do not read it.
         """
-        return self.layout.scaled(vectors) if self.side == "fire" else vectors
+        if self.side == "fire":
+            return self.layout.scaled(vectors)
+        return vectors
 
     def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
         """The environment's actions (..., A) in [-1, 1] of a network's (..., K).
@@ -78,7 +84,3 @@ class PolicyCodec:
             return axes
         floor = (2 * raw[..., AXES:] + 1) / self.building.floors - 1
         return np.concatenate([floor, axes], axis=-1)
-
-    def raw(self, actions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """Invert `actions` for robots, (..., 2); nan stays nan."""
-        return actions * RAW_LIMIT

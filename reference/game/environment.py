@@ -1,8 +1,8 @@
 """The environment: robots and the fire as agents, one decision a step.
 
-Clauses: C1, C4, C5, C7, C8, D1, D2, D6, E5.  Methods are those of PettingZoo's parallel
-API.  A robot leaves when its floor and all above it are empty [C8].  At the end the
-remaining agents are terminated if nobody is inside any more, truncated if time is up.
+Methods are those of PettingZoo's parallel API.  A robot leaves when its floor and all
+above it are empty [C8].  At the end the remaining agents are terminated if nobody is
+inside any more, truncated if time is up.
 
     step        one decision of the robots, 5 s; the fire's action is read at every k-th
     agents      "robot_0", ..., "fire_0"; a side that a strategy plays is not among them
@@ -48,7 +48,9 @@ def action_size(agent: str) -> int:
 
 def destination(building: Building, action: np.ndarray) -> Destination | None:
     """Convert a robot's action, (2,) normalised, to metres [C5]; nan: keep the old."""
-    return None if np.isnan(action).all() else _metres(building, action)
+    if np.isnan(action).all():
+        return None
+    return _metres(building, action)
 
 
 def fire_decision(building: Building, action: np.ndarray) -> Decision:
@@ -78,7 +80,7 @@ class AgentRobots:
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> Destinations:
-        """The destinations chosen last."""
+        """Return the destinations chosen last [C7]."""
         return [self.chosen.get(robot.body) for robot in robots]
 
 
@@ -89,7 +91,7 @@ class AgentFire:
     chosen: Decision | None = None
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """The place chosen last."""
+        """Return the place chosen last."""
         return self.chosen
 
 
@@ -128,12 +130,19 @@ class Environment:
 
         Raises ValueError for more people than fit, and if there is nobody to act.
         """
-        self.building, self.scenario = building, scenario or Scenario()
-        self._robots, self._fire = robots, fire
+        self.building = building
+        self.scenario = scenario or Scenario()
+        self._robots = robots
+        self._fire = fire
         self._begin(seed=0)
-        count = len(self.simulation.world.robots) if robots is None else 0
-        self._robot_agents = [f"robot_{k}" for k in range(count)]
-        self.possible_agents = self._robot_agents + ([FIRE] if fire is None else [])
+
+        self._robot_agents: list[str] = []
+        if robots is None:
+            count = len(self.simulation.world.robots)
+            self._robot_agents = [f"robot_{k}" for k in range(count)]
+        self.possible_agents = self._robot_agents.copy()
+        if fire is None:
+            self.possible_agents.append(FIRE)
         if not self.possible_agents:
             raise ValueError("nobody acts: leave the robots or the fire to an agent")
         self.agents: list[str] = []
@@ -141,7 +150,8 @@ class Environment:
 
     def _begin(self, seed: int) -> None:
         """Begin a simulation that carries out the agents' actions."""
-        self._agent_robots, self._agent_fire = AgentRobots(), AgentFire()
+        self._agent_robots = AgentRobots()
+        self._agent_fire = AgentFire()
         self.simulation = Simulation(
             self.building,
             self.scenario,
@@ -199,23 +209,35 @@ class Environment:
     def end_step(self) -> Returns:
         """End a step, after the simulation has run on; return what `step` returns."""
         self.decision += 1
-        there, done = self.agents, self.simulation.done
-        inside, at_work = any(self.simulation.world.occupancy), self._at_work()
-        ended = {a: not inside if done else not at_work[a] for a in there}  # [C8]
-        cut = dict.fromkeys(there, done and inside)
-        self.agents = [a for a in there if not (ended[a] or cut[a])]
+        agents = self.agents
+
+        # rewards
         events = self.simulation.events[self._already :]
-        of_fire, of_robot = fire_reward(events), group_reward(events)  # [D6] [E5]
-        rewards = {agent: of_fire if agent == FIRE else of_robot for agent in there}
-        return self._observed(there), rewards, ended, cut, self._infos(there)
+        rewards = dict.fromkeys(agents, group_reward(events))  # [E5]
+        if FIRE in agents:
+            rewards[FIRE] = fire_reward(events)  # [D6]
+
+        # who leaves
+        done = self.simulation.done
+        inside = any(self.simulation.world.occupancy)
+        at_work = self._at_work()
+        ended = {agent: not at_work[agent] for agent in agents}  # [C8]
+        if done:
+            ended = dict.fromkeys(agents, not inside)
+        cut = dict.fromkeys(agents, done and inside)
+        self.agents = [a for a in agents if not (ended[a] or cut[a])]
+        return self._observed(agents), rewards, ended, cut, self._infos(agents)
 
     def _at_work(self) -> dict[str, bool]:
         """Tell which agents have something to do; the fire always has."""
-        robots = observations.robots_at_work(self.simulation.world).tolist()
-        return {FIRE: True, **dict(zip(self._robot_agents, robots, strict=False))}
+        at_work = {FIRE: True}
+        if self._robot_agents:
+            robots = observations.robots_at_work(self.simulation.world).tolist()
+            at_work |= zip(self._robot_agents, robots, strict=True)
+        return at_work
 
     def _observed(self, agents: list[str]) -> Seen:
-        """What each of these agents observes now, in arrays of its own."""
+        """Collect what each agent observes now [C1] [C4] [D1], in arrays of its own."""
         world = self.simulation.world
         vectors = {FIRE: observations.fire_vector(world, self.scenario)}
         if self._robot_agents:

@@ -1,14 +1,13 @@
 """Observations: 167 numbers and a 40 x 40 grid for the robots of the paper's building.
 
-Clauses: C1-C4, C8, D1.  What a vector holds is described once, by `vector_layout`: the
-meaning and the bounds of its numbers, and where each part of it stands.
+What a vector holds is described once, by `vector_layout`: the meaning and the bounds of
+its numbers, and where each part of it stands.
 
     n   people;  R  robots;  F  fire sources;  V  numbers of a vector
     point       x, y in metres and the storey, 0 is the first floor
     normalised  coordinates in which the main body of the building is [-1, 1] x [-1, 1]
 """
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +18,10 @@ from reference.building import Building, Kind
 from reference.paper import Scenario
 from reference.world import World
 
-GRID_KINDS = WALLS, FIRES, EXITS = "walls", "fires", "exits"
+WALLS = "walls"
+FIRES = "fires"
+EXITS = "exits"
+GRID_KINDS = (WALLS, FIRES, EXITS)
 """[C3, chosen] kinds of channels, in this order; each has one channel per floor."""
 
 
@@ -50,13 +52,15 @@ class Layout:
     """
 
     def __init__(self, **blocks: Block):
-        self.size, self.blocks = 0, blocks
+        self.blocks: dict[str, Block] = {}
+        self.size = 0
         for name, block in blocks.items():
-            blocks[name] = block._replace(start=self.size)
-            self.size = blocks[name].stop
-        rows = [block for block in blocks.values() for _ in range(block.rows)]
-        self.low = np.concatenate([row.low for row in rows], dtype=np.float32)
-        self.high = np.concatenate([row.high for row in rows], dtype=np.float32)
+            self.blocks[name] = block._replace(start=self.size)
+            self.size = self.blocks[name].stop
+        lows = [np.tile(block.low, block.rows) for block in blocks.values()]
+        highs = [np.tile(block.high, block.rows) for block in blocks.values()]
+        self.low = np.concatenate(lows, dtype=np.float32)
+        self.high = np.concatenate(highs, dtype=np.float32)
 
     def read(self, vectors: np.ndarray, name: str) -> np.ndarray:
         """A block of vectors (..., V) as a view, (..., rows, width)."""
@@ -70,7 +74,6 @@ class Layout:
         return 2 * (vectors - self.low) / span - 1
 
 
-@lru_cache(maxsize=64)
 def vector_layout(building: Building, scenario: Scenario) -> Layout:
     """Lay out an agent's vector; 167 numbers for the paper [C1] [C2] [D1].
 
@@ -91,22 +94,24 @@ def vector_layout(building: Building, scenario: Scenario) -> Layout:
     rows, cols = building.kind.shape[1:]
     left, top = building.metres(-0.5, -0.5)
     right, bottom = building.metres(rows - 0.5, cols - 0.5)
-    floors, most = building.floors, scenario.sources
-    corners = (left, bottom, paper.ABSENT_POINT[2]), (right, top, float(floors - 1))
+    floors = building.floors
+    lowest = (left, bottom, paper.ABSENT_POINT[2])
+    highest = (right, top, float(floors - 1))
     people = sum(scenario.start_counts(floors))
     robots = scenario.robots_per_floor * floors
-    zero, end = (0.0,), scenario.time_limit + scenario.tick
+    fires = scenario.sources
+    end = scenario.time_limit + scenario.tick
 
     def points(what: str, count: int) -> Block:
-        return Block(f"{what}: x, y, storey", "m, m, storey", count, *corners)
+        return Block(f"{what}: x, y, storey", "m, m, storey", count, lowest, highest)
 
     return Layout(
         humans=points("human", people),
         robots=points("robot", robots),
-        team=Block("robots of the team at work", "1", 1, zero, (robots,)),
-        time=Block("time since the beginning", "s", 1, zero, (end,)),
-        fires=points("fire source", most),
-        fires_per_floor=Block("fire sources on floor", "1", floors, zero, (most,)),
+        team=Block("robots of the team at work", "1", 1, (0.0,), (robots,)),
+        time=Block("time since the beginning", "s", 1, (0.0,), (end,)),
+        fires=points("fire source", fires),
+        fires_per_floor=Block("fire sources on floor", "1", floors, (0.0,), (fires,)),
     )
 
 
@@ -115,10 +120,16 @@ def vector_layout(building: Building, scenario: Scenario) -> Layout:
 
 def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
     """(R, V) float32: row k is what robot k observes, see `vector_layout` [C1] [C4]."""
-    humans, robots, work = _humans(world), _robots(world), robots_at_work(world)
-    mates = np.equal.outer(robots[:, 2], robots[:, 2])
+    humans = _humans(world)
+    robots = _robots(world)
+    work = robots_at_work(world)
+    mates = np.equal.outer(robots[:, 2], robots[:, 2])  # on one floor
+
+    # each robot's own order
     nearest = _nearest_first(robots, humans, world.building.floors)
-    me_first = np.lexsort((~np.eye(len(robots), dtype=bool), ~mates), axis=1)
+    others = ~np.eye(len(robots), dtype=bool)
+    me_first = np.lexsort((others, ~mates), axis=1)
+
     robots[~work] = paper.ABSENT_POINT
     team = (mates & work).sum(axis=1)[:, None, None]
     return _written(world, scenario, humans[nearest], robots[me_first], team)
@@ -129,10 +140,13 @@ def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
 
     Where `NoRobots` plays, all robots of the scenario are `ABSENT_POINT`.
     """
-    robots, work = _robots(world), robots_at_work(world)
+    work = robots_at_work(world)
+    robots = _robots(world)
     robots[~work] = paper.ABSENT_POINT
-    robots = robots if len(robots) else np.array(paper.ABSENT_POINT)
-    return _written(world, scenario, _humans(world)[None], robots[None], work.sum())[0]
+    if not len(robots):
+        robots = np.array([paper.ABSENT_POINT])  # written to every row
+    humans = _humans(world)
+    return _written(world, scenario, humans[None], robots[None], team=work.sum())[0]
 
 
 def _written(
@@ -146,11 +160,17 @@ def _written(
     fires = np.tile(paper.ABSENT_POINT, (scenario.sources, 1))
     for k, source in enumerate(world.flames.sources[: scenario.sources]):
         fires[k] = source.x, source.y, source.floor
-    counts = [[(fires[:, 2] == f).sum()] for f in range(world.building.floors)]
+    floors = np.arange(world.building.floors)
+    blocks = {
+        "humans": humans,
+        "robots": robots,
+        "team": team,
+        "time": world.time,
+        "fires": fires,
+        "fires_per_floor": (fires[:, 2] == floors[:, None]).sum(axis=1)[:, None],
+    }
     layout = vector_layout(world.building, scenario)
     vectors = np.empty((len(humans), layout.size), dtype=np.float32)
-    blocks = {"humans": humans, "robots": robots, "team": team, "time": world.time}
-    blocks |= {"fires": fires, "fires_per_floor": counts}
     for name, rows in blocks.items():
         layout.read(vectors, name)[:] = rows
     return vectors
@@ -189,13 +209,14 @@ def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.nd
     metres.
     """
     off = humans - robots[:, None]
+    metres = np.hypot(off[..., 0], off[..., 1])
     up = off[..., 2]
     rank = np.where(up >= 0, up, floors - up)
-    return np.lexsort((np.hypot(off[..., 0], off[..., 1]), rank), axis=1)
+    return np.lexsort((metres, rank), axis=1)
 
 
 def headed(world: World) -> np.ndarray:
-    """(R, 2) float32 normalised: where robots under way go to, nan for the others.
+    """Find where robots under way go to: (R, 2) float32 normalised, else nan.
 
     The actual target of their last decision (Eq. 1), clipped to the main body: deciding
     it again changes nothing.
@@ -220,7 +241,6 @@ def from_normalised(building: Building, normalised: np.ndarray) -> np.ndarray:
     return normalised * half + middle
 
 
-@lru_cache(maxsize=64)
 def _middle_and_half(building: Building) -> tuple[np.ndarray, np.ndarray]:
     """(2,) the middle of the main body, and (2,) half its size."""
     low, high = np.reshape(building.body, (2, 2))
@@ -246,22 +266,16 @@ def grid(world: World) -> np.ndarray:
     Row 0 is the north edge of the main body, stairwells lie outside; a smaller body
     fills the north-west corner and the rest is 0.
     """
-    cells = _without_fire(world.building).copy()
-    burning = _main_body(world.flames.burning, world.building)
-    _channels(cells, FIRES, burning)[:] = burning
-    return cells
-
-
-@lru_cache(maxsize=64)
-def _without_fire(building: Building) -> np.ndarray:
-    """The grid while nothing burns; computed once, cannot be written to."""
+    building = world.building
     kind = _main_body(building.kind, building)
-    exits = (building.kind == Kind.EXIT).any(axis=(1, 2))[:, None, None]
+    burning = _main_body(world.flames.burning, building)
+    has_exit = (building.kind == Kind.EXIT).any(axis=(1, 2), keepdims=True)
+    ways_out = np.where(has_exit, kind == Kind.EXIT, kind == Kind.ENTRANCE)
+
     cells = np.zeros(grid_shape(building), dtype=np.uint8)
     _channels(cells, WALLS, kind)[:] = kind == Kind.WALL
-    ways_out = np.where(exits, kind == Kind.EXIT, kind == Kind.ENTRANCE)
+    _channels(cells, FIRES, kind)[:] = burning
     _channels(cells, EXITS, kind)[:] = ways_out
-    cells.flags.writeable = False
     return cells
 
 

@@ -1,7 +1,7 @@
 """The adversarial loop: robots and fire play whole episodes, then each learns.
 
-Clauses: E1, E2, E6.  It runs in one process and writes no files.  The
-workshop's training uses the same functions and adds workers and checkpoints.
+It runs in one process and writes no files.  The workshop's training uses the same
+functions and adds workers and checkpoints.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -10,6 +10,7 @@ from typing import Any
 from reference.building import building_of
 from reference.fire import FireStrategy
 from reference.game.environment import until_next_decision
+from reference.learning.experience import Trajectory
 from reference.learning.players import Learned
 from reference.learning.poca import LEARNERS
 from reference.learning.ppo import Learner, Summary
@@ -34,9 +35,11 @@ def adversarial(
     learners = {s: who for s, who in sides.items() if isinstance(who, Learner)}
     for seeds in rounds:
         # PLAY
-        now: Any = sides | {s: player_of(learner) for s, learner in learners.items()}
-        job = Job(plan, scenario, **now, seeds=tuple(seeds))
+        copies = {side: player_of(learner) for side, learner in learners.items()}
+        players: Any = sides | copies
+        job = Job(plan, scenario, **players, seeds=tuple(seeds))
         episodes = play(job, advance=advance)
+
         # LEARN
         for side, learner in learners.items():
             learn(side, learner, episodes)
@@ -45,8 +48,16 @@ def adversarial(
 
 def learn(side: Side, learner: Learner, episodes: Sequence[Episode]) -> Summary:
     """Add a side's trajectories; if the buffer is full, update and summarise."""
-    learner.add([t for e in episodes if (t := getattr(e, side)) is not None])
-    return learner.update() if learner.full else {}
+    learner.add(trajectories_of(side, episodes))
+    if learner.full:
+        return learner.update()
+    return {}
+
+
+def trajectories_of(side: Side, episodes: Sequence[Episode]) -> list[Trajectory]:
+    """Collect a side's trajectories, of episodes in which it was recorded."""
+    trajectories = [getattr(episode, side) for episode in episodes]
+    return [t for t in trajectories if t is not None]
 
 
 def player_of(learner: Learner) -> Learned:
@@ -59,6 +70,6 @@ def player_of(learner: Learner) -> Learned:
 def learner_for(
     side: Side, plan: str, scenario: Scenario, settings: TrainerSettings, seed: int
 ) -> Learner:
-    """Make a side's new learner; `trainer_type` in the settings says which."""
+    """Make a side's new learner; `trainer_type` says which [E1] [E2]."""
     sizes = settings.codec(side, building_of(plan), scenario).sizes
     return LEARNERS[settings.trainer_type](settings, sizes, seed)

@@ -1,7 +1,7 @@
 """Trajectories and the on-policy buffer.
 
-Clauses: C4, C8, E3.  The trainers of Tables I and II update when the buffer holds more
-than `buffer_size` experiences, use all of it, and empty it.
+The trainers of Tables I and II update when the buffer holds more than `buffer_size`
+experiences, use all of it, and empty it.
 
     T  decisions of an episode;  G  agents;  V, K  as in `networks`
     N  group decisions in the buffer;  a step is one agent's decision
@@ -26,12 +26,12 @@ class Trajectory:
 
     vectors, grids and alive have T + 1 rows. The last row is observed after the last
     decision; for an agent that is done, it is its last observation. alive[T] marks
-    agents that time cut off with something left to decide: they are bootstrapped. A
-    head may have one log-probability for all components of an action.
+    agents that time cut off with something left to decide: they are bootstrapped [C8].
+    A head may have one log-probability for all components of an action.
     """
 
     vectors: np.ndarray  # (T + 1, G, V) float32, what each agent observes
-    grids: np.ndarray  # (T + 1, channels, height, width) uint8, shared by the agents
+    grids: np.ndarray  # (T + 1, channels, height, width) uint8, of all agents [C4]
     alive: np.ndarray  # (T + 1, G) bool, which agents decide
     actions: np.ndarray  # (T, G, K) float32, as an `ActionDistribution` stores them
     log_probs: np.ndarray  # (T, G, K) float32, of the actions when sampled
@@ -86,10 +86,13 @@ class Decisions:
 
 def decisions_of(t: Trajectory) -> Decisions:
     """Convert a trajectory to decisions; values, advantages and so on are still 0."""
-    targets = ("values", "baselines", "returns", "advantages")
+    shape = t.alive[:-1].shape
     return Decisions(
         **{name: torch.from_numpy(getattr(t, name)[: len(t)]) for name in RECORDED},
-        **{name: torch.zeros(t.alive[:-1].shape) for name in targets},
+        values=torch.zeros(shape),
+        baselines=torch.zeros(shape),
+        returns=torch.zeros(shape),
+        advantages=torch.zeros(shape),
     )
 
 
@@ -101,27 +104,27 @@ def segments(alive: np.ndarray, horizon: int) -> Iterator[tuple[int, int, list[i
     """
     lives = alive[:-1].sum(axis=0)
     for first in range(0, int(lives.max(initial=0)), horizon):
+        there = lives > first
         ends = np.minimum(lives, first + horizon)
-        for last in np.unique(ends[lives > first]).tolist():
-            agents = np.flatnonzero((ends == last) & (lives > first))
+        for last in np.unique(ends[there]).tolist():
+            agents = np.flatnonzero(there & (ends == last))
             yield first, last, agents.tolist()
 
 
 def minibatches(
-    decisions: Decisions, batch_size: int, rng: torch.Generator, epochs: int = 1
+    decisions: Decisions, batch_size: int, rng: torch.Generator
 ) -> Iterator[Decisions]:
     """Shuffle group decisions into minibatches of about batch_size steps each.
 
-    An epoch has as many as there are whole batches of steps; the tail is dropped. A
-    batch smaller than the group still holds one group decision.
+    There are as many as there are whole batches of steps; the tail is dropped. A batch
+    smaller than the group still holds one group decision.
     """
     steps = int(decisions.alive.sum())
     size = max(1, len(decisions) * batch_size // max(1, steps))
     count = min(steps // batch_size, len(decisions) // size)
-    for _ in range(epochs):
-        order = torch.randperm(len(decisions), generator=rng)
-        for k in range(count):
-            batch = decisions.rows(order[k * size : (k + 1) * size])
-            last = torch.channels_last  # in memory, as convolutions are quickest
-            batch.grids = batch.grids.to(torch.float32, memory_format=last)
-            yield batch
+    order = torch.randperm(len(decisions), generator=rng)
+    for which in order.split(size)[:count]:
+        batch = decisions.rows(which)
+        last = torch.channels_last  # in memory, as convolutions are quickest
+        batch.grids = batch.grids.to(torch.float32, memory_format=last)
+        yield batch

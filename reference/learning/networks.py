@@ -1,7 +1,7 @@
 """The networks that both trainers share: encoders and actors.
 
-Clauses: C3-C5, D2, E1-E4.  What ML-Agents 0.29.0 builds from Tables I and II,
-with one difference: the image that a group's agents share is encoded once [E3, chosen].
+What ML-Agents 0.29.0 builds from Tables I and II [E1] [E2], with one difference: the
+image that a group's agents share is encoded once [E3, chosen].
 
     B    group decisions in a batch;  G  agents of the group;  V  numbers an agent sees
     C    continuous components of an action;  D  discrete branches;  K = C + D
@@ -21,7 +21,8 @@ from reference.learning.settings import TrainerSettings
 
 MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are clipped there
 RELU_GAIN = 1.41  # [E3, torch/encoders.py] of the layer after the convolutions
-MEAN_GAIN, BRANCH_GAIN = 0.2, 0.1  # [E3, torch/distributions.py] hardly a preference
+MEAN_GAIN = 0.2  # [E3, torch/distributions.py] a new policy hardly has a preference
+BRANCH_GAIN = 0.1  # [E3, torch/distributions.py]
 REFUSED = -1e9  # the score of what may not be chosen
 
 
@@ -68,16 +69,21 @@ class GridEncoder(nn.Module):
         channels, height, width = shape
         self.conv1 = nn.Conv2d(channels, 16, kernel_size=8, stride=4)
         self.conv2 = nn.Conv2d(16, 32, kernel_size=4, stride=2)
-        rows, cols = (((side - 8) // 4 + 1 - 4) // 2 + 1 for side in (height, width))
-        flat = 32 * rows * cols
+        flat = 32 * _cells_left(height) * _cells_left(width)
         self.dense = linear(flat, hidden, RELU_GAIN / sqrt(flat))
 
     def forward(self, grids: Tensor) -> Tensor:
         """(B, channels, height, width) of 0 and 1 -> (B, H)."""
-        dtype, last = self.conv1.weight.dtype, torch.channels_last  # in memory
-        x = functional.leaky_relu(self.conv1(grids.to(dtype, memory_format=last)))
+        x = grids.to(self.conv1.weight.dtype, memory_format=torch.channels_last)
+        x = functional.leaky_relu(self.conv1(x))
         x = functional.leaky_relu(self.conv2(x))
         return functional.leaky_relu(self.dense(x.flatten(1)))
+
+
+def _cells_left(cells: int) -> int:
+    """How many of the cells along a side are left after both convolutions."""
+    after_first = (cells - 8) // 4 + 1
+    return (after_first - 4) // 2 + 1
 
 
 class Encoder(nn.Module):
@@ -137,8 +143,9 @@ class Body(nn.Module):
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
         self.encoder = Encoder(sizes, settings)
-        hidden, count = settings.hidden_units, settings.num_layers
-        self.layers = layers(self.encoder.size, hidden, count)
+        self.layers = layers(
+            self.encoder.size, settings.hidden_units, settings.num_layers
+        )
 
     def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
         """(B, [G,] V) and (B, channels, height, width) -> (B, [G,] H)."""
@@ -169,8 +176,13 @@ class ActionDistribution:
         return torch.cat(parts, dim=-1)
 
     def entropy(self) -> Tensor:
-        """(...): mean of Gaussians + sum of branches [E3, torch/action_model.py]."""
-        total = self.gaussian.entropy().mean(dim=-1)
+        """(...): mean of Gaussians + sum of branches [E3, torch/action_model.py].
+
+        A policy of branches alone has the sum of branches.
+        """
+        total = self.gaussian.entropy().sum(dim=-1)
+        if components := self.gaussian.mean.shape[-1]:
+            total = total / components
         for branch in self.branches:
             total = total + branch.entropy()
         return total
@@ -185,16 +197,15 @@ class ActionDistribution:
 
         noise: (..., C + sum n): standard normal, then Gumbel numbers for each branch.
         """
-        mean, sigma = self.gaussian.mean, self.gaussian.stddev
-        at = mean.shape[-1]
-        parts = [mean if noise is None else mean + sigma * noise[..., :at]]
-        for branch in self.branches:
-            scores = branch.logits
-            if noise is not None:
-                scores = scores + noise[..., at : at + scores.shape[-1]]
-            at += scores.shape[-1]
-            parts.append(scores.argmax(dim=-1, keepdim=True).to(mean.dtype))
-        return torch.cat(parts, dim=-1)
+        mean = self.gaussian.mean
+        scores = [branch.logits for branch in self.branches]
+        if noise is not None:
+            sizes = [mean.shape[-1], *(s.shape[-1] for s in scores)]
+            normal, *gumbel = noise.split(sizes, dim=-1)
+            mean = mean + self.gaussian.stddev * normal
+            scores = [s + g for s, g in zip(scores, gumbel, strict=True)]
+        chosen = [s.argmax(dim=-1, keepdim=True).to(mean.dtype) for s in scores]
+        return torch.cat([mean, *chosen], dim=-1)
 
 
 class GaussianHead(nn.Module):

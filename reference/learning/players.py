@@ -1,9 +1,7 @@
 """Players: decide for one side of an episode, and record its decisions.
 
-Clauses: C5, D2, E3, E4.
-
-    S    episodes played at once;  G  agents of a side;  A  numbers of an action
-    V, K  as in `networks`
+S    episodes played at once;  G  agents of a side;  A  numbers of an action
+V, K  as in `networks`
 """
 
 from collections.abc import Sequence
@@ -17,7 +15,7 @@ from torch import Tensor
 from reference.building import Building
 from reference.game.codec import Moment
 from reference.game.observations import grid, headed
-from reference.learning.experience import RECORDED, Record
+from reference.learning.experience import Record
 from reference.learning.networks import ActionDistribution, Actor
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
@@ -39,7 +37,7 @@ class Player:
         self.actor = Actor(self.codec.sizes, settings).eval()
 
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
-        """(S, G, V) float32, the network's input; all moments at once."""
+        """Make the network's input [E4], (S, G, V) float32; all moments at once."""
         seen = self.codec.read(
             np.concatenate([moment.vectors for moment in moments]),
             np.concatenate([headed(moment.world) for moment in moments]),
@@ -50,17 +48,26 @@ class Player:
     def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:
         """Decide at all these moments by one call of the network.
 
-        Returns (S, G, A) float32, the environment's actions, and what to record.
+        Returns (S, G, A) float32, the environment's actions [C5] [D2], and what to
+        record.
         """
-        seen, grids = self.read(moments), np.stack([grid(m.world) for m in moments])
+        seen = self.read(moments)
+        grids = np.stack([grid(moment.world) for moment in moments])
         policy = self.actor(torch.from_numpy(seen), torch.from_numpy(grids))
         raw = policy.act(_noise(moments, policy))
-        actions, log_probs = raw.numpy(), policy.log_probs(raw).numpy()
-        columns = seen, grids, [m.alive for m in moments], actions, log_probs
+        log_probs = policy.log_probs(raw).numpy()
+        actions = raw.numpy()
         records = [
-            dict(zip(RECORDED, row, strict=True)) for row in zip(*columns, strict=True)
+            {
+                "vectors": seen[k],
+                "grids": grids[k],
+                "alive": moment.alive,
+                "actions": actions[k],
+                "log_probs": log_probs[k],
+            }
+            for k, moment in enumerate(moments)
         ]
-        vectors = np.stack([m.vectors for m in moments])
+        vectors = np.stack([moment.vectors for moment in moments])
         return self.codec.actions(actions, vectors), records
 
 
@@ -68,11 +75,14 @@ def _noise(moments: Sequence[Moment], policy: ActionDistribution) -> Tensor | No
     """Draw the noise of `act`, (S, G, C + sum n), by each episode's generator."""
     continuous, counts = policy.noise()
     rows = []
-    for rng, agents in ((m.rng, len(m.alive)) for m in moments if m.rng is not None):
-        normal = rng.standard_normal((agents, continuous), dtype=np.float32)
-        gumbel = rng.gumbel(size=(agents, counts)).astype(np.float32)
+    for moment in moments:
+        if moment.rng is None:
+            return None
+        agents = len(moment.alive)
+        normal = moment.rng.standard_normal((agents, continuous), dtype=np.float32)
+        gumbel = moment.rng.gumbel(size=(agents, counts)).astype(np.float32)
         rows.append(np.concatenate([normal, gumbel], axis=1))
-    return torch.from_numpy(np.stack(rows)) if rows else None
+    return torch.from_numpy(np.stack(rows))
 
 
 @dataclass(frozen=True)

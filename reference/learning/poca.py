@@ -1,9 +1,9 @@
 """MA-POCA as ML-Agents 0.29.0 computes it: the robots' trainer.
 
-Clauses: E1, E3, E5, C8.  The difference from `ppo`: the critic sees the whole group,
-the advantage is the λ-return less a counterfactual baseline, and an agent that
-finishes early learns from what its group does after it.  The group's critic and its
-attention stand below the learner.
+The difference from `ppo`: the critic sees the whole group, the advantage is the
+λ-return less a counterfactual baseline, and an agent that finishes early learns from
+what its group does after it.  The group's critic and its attention stand below the
+learner.
 
     r    reward of the group;  V  value of the group;  b  baseline of one agent
     R    λ-return;  A  advantage, R − b;  γ, λ, ε, β, T, M  as in `ppo`
@@ -62,8 +62,9 @@ def baseline_loss(
     [E3, torch/utils.py].
     """
     clipped = old_baselines + (baselines - old_baselines).clamp(-epsilon, epsilon)
-    losses = (baselines - returns).square(), (clipped - returns).square()
-    return torch.maximum(*losses).mean()
+    unclipped_loss = (baselines - returns).square()
+    clipped_loss = (clipped - returns).square()
+    return torch.maximum(unclipped_loss, clipped_loss).mean()
 
 
 # -- The learner --------------------------------------------------------------------
@@ -111,10 +112,12 @@ class Learner(ppo.Learner):
         self, batch: Decisions, epsilon: float
     ) -> tuple[Tensor, dict[str, Tensor]]:
         """0.5·value + 0.25·baseline, live agents [E1] [E3, poca/optimizer_torch.py]."""
-        live, (values, baselines) = batch.alive, self._values(batch)
-        old, returns = batch.baselines[live], batch.returns[live]
-        value = value_loss(values[live], returns)
-        baseline = baseline_loss(baselines[live], old, returns, epsilon)
+        live = batch.alive
+        values, baselines = self._values(batch)
+        value = value_loss(values[live], batch.returns[live])
+        baseline = baseline_loss(
+            baselines[live], batch.baselines[live], batch.returns[live], epsilon
+        )
         parts = {"Losses/Value Loss": value, "Losses/Baseline Loss": baseline}
         return 0.5 * (value + 0.5 * baseline), parts
 
@@ -141,8 +144,9 @@ class GroupCritic(nn.Module):
         hidden = settings.hidden_units
         self.encoder = Encoder(sizes, settings)
         gain = sqrt(0.125 / hidden)
-        self.g = nn.Sequential(linear(self.encoder.size, hidden, gain), nn.SiLU())
-        with_action = self.encoder.size + sizes.continuous
+        without_action = self.encoder.size
+        with_action = without_action + sizes.continuous
+        self.g = nn.Sequential(linear(without_action, hidden, gain), nn.SiLU())
         self.f = nn.Sequential(linear(with_action, hidden, gain), nn.SiLU())
         self.attention = SelfAttention(hidden)
         self.trunk = layers(hidden, hidden, settings.num_layers, gain)
@@ -175,9 +179,11 @@ class GroupCritic(nn.Module):
         """(B, H) -> (B,), or (B, G, H) -> (B, G): trunk, number of agents, head."""
         n = alive.sum(dim=1, dtype=pooled.dtype)
         self.most = torch.maximum(self.most, n.max())
-        share = (2 * n / self.most - 1).reshape(-1, *[1] * (pooled.dim() - 1))
-        x = [self.trunk(pooled), share.expand(*pooled.shape[:-1], 1)]
-        value: Tensor = self.value(torch.cat(x, dim=-1))[..., 0]
+        share = 2 * n / self.most - 1  # (B,)
+        if pooled.dim() == 3:
+            share = share[:, None].expand(pooled.shape[:-1])
+        x = torch.cat([self.trunk(pooled), share[..., None]], dim=-1)
+        value: Tensor = self.value(x)[..., 0]
         return value
 
 
@@ -190,18 +196,18 @@ class SelfAttention(nn.Module):
 
     def __init__(self, hidden: int):
         super().__init__()
-        size = hidden, hidden, sqrt(0.125 / hidden)
-        self.query, self.key, self.to_value, self.out = (
-            linear(*size) for _ in range(4)
-        )
+        deviation = sqrt(0.125 / hidden)
+        self.query = linear(hidden, hidden, deviation)
+        self.key = linear(hidden, hidden, deviation)
+        self.to_value = linear(hidden, hidden, deviation)
+        self.out = linear(hidden, hidden, deviation)
 
     def forward(self, entities: Tensor, alive: Tensor) -> Tensor:
         """(B, G, H) and (B, G) bool -> (B, H); absent agents are not asked."""
         x = layer_norm(entities)
-        q, k, v = (  # (B, heads, G, H / heads)
-            project(x).unflatten(-1, (ATTENTION_HEADS, -1)).transpose(1, 2)
-            for project in (self.query, self.key, self.to_value)
-        )
+        q = _by_head(self.query(x))
+        k = _by_head(self.key(x))
+        v = _by_head(self.to_value(x))
         scores = q @ k.transpose(-2, -1) / sqrt(x.shape[-1])  # (B, heads, G, G)
         scores = scores.masked_fill(~alive[:, None, None], REFUSED)
         attended = (scores.softmax(dim=-1) @ v).transpose(1, 2).flatten(2)
@@ -219,6 +225,11 @@ class SelfAttention(nn.Module):
         sets = torch.where(own, g[:, None], f[:, None])  # (B, j, G, H)
         pooled = self(sets.flatten(0, 1), alive.repeat_interleave(G, dim=0))
         return pooled.view(B, G, H)
+
+
+def _by_head(x: Tensor) -> Tensor:
+    """(B, G, H) -> (B, heads, G, H / heads)."""
+    return x.unflatten(-1, (ATTENTION_HEADS, -1)).transpose(1, 2)
 
 
 def layer_norm(x: Tensor) -> Tensor:

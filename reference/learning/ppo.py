@@ -1,11 +1,12 @@
 """PPO as ML-Agents 0.29.0 computes it: the fire's trainer, and the robots' ablation.
 
-Clauses: E2, E3, E5, D2.  First the formulas, as pure functions on plain tensors; then
-the learner, whose `update` reads from top to bottom.
+First the formulas, as pure functions on plain tensors; then the learner, whose `update`
+reads from top to bottom.
 
     r    reward;  V  value;  A  advantage;  R  return;  ρ  ratio of probabilities
     γ    discount (gamma);  λ  (lambd);  ε  clip range (epsilon);  β  weight of entropy
-    T    decisions;  M  rows of a minibatch;  K  components of an action
+    T    decisions;  M  rows of a minibatch;  K  components of an action:
+         the fire's are a place's x and y, then its floor [D2]
 
 Where this differs from ML-Agents on purpose is listed at the end of the file.  A file
 beside E3, such as torch/utils.py, is one of its package `mlagents.trainers`.
@@ -42,7 +43,7 @@ Summary = dict[str, float]  # means by ML-Agents' summary names
 
 
 def scheduled(
-    start: float, floor: float, step: int, max_steps: int, schedule: str = "linear"
+    start: float, floor: float, step: int, max_steps: int, schedule: str
 ) -> float:
     """A setting at a step: linear to its floor, or constant [E3, torch/utils.py]."""
     if schedule == "constant":
@@ -118,7 +119,8 @@ class Learner:
     """One side's trainer: networks, buffer, optimiser and steps so far."""
 
     def __init__(self, settings: TrainerSettings, sizes: Sizes, seed: int):
-        self.settings, self.sizes = settings, sizes
+        self.settings = settings
+        self.sizes = sizes
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
             self.actor = Actor(sizes, settings)
@@ -143,7 +145,8 @@ class Learner:
     @property
     def full(self) -> bool:
         """More than `buffer_size` steps wait for an update [E3, ppo/trainer.py]."""
-        return sum(int(p.alive.sum()) for p in self.buffer) > self.settings.buffer_size
+        steps = sum(int(part.alive.sum()) for part in self.buffer)
+        return steps > self.settings.buffer_size
 
     def update_normalisers(self, trajectories: Sequence[Trajectory]) -> None:
         """Show both networks' normalisers what agents observed when they decided."""
@@ -158,10 +161,14 @@ class Learner:
         decisions = decisions_of(t)
         rewards = torch.from_numpy(t.rewards).float() * self.reward_scale
         spans = list(segments(t.alive, self.settings.time_horizon))
+
+        # values
         ends = sorted({last - 1 for _, last, _ in spans})
         decisions.values, decisions.baselines = self._values(decisions)
         next_values = torch.zeros_like(decisions.values)
         next_values[ends] = self.next_values(t, ends)
+
+        # targets, segment by segment
         for first, last, agents in spans:
             span = slice(first, last)
             A, R = self.targets(
@@ -201,20 +208,24 @@ class Learner:
     def update(self) -> Summary:
         """Learn from the whole buffer, `num_epoch` times, and empty it."""
         s = self.settings
-        buffer, self.buffer = Decisions.joined(self.buffer), []
+        buffer = Decisions.joined(self.buffer)
+        self.buffer = []
         live = buffer.alive
         buffer.advantages[live] = normalised(buffer.advantages[live])
         learning_rate, epsilon, beta = self.schedules()
         for group in self.optimiser.param_groups:
             group["lr"] = learning_rate
+
         seen: dict[str, list[float]] = defaultdict(list)
-        for batch in minibatches(buffer, s.batch_size, self.rng, s.num_epoch):
-            loss, parts = self.loss(batch, epsilon, beta)
-            self.optimiser.zero_grad()
-            loss.backward()
-            self.optimiser.step()
-            for name, value in parts.items():
-                seen[name].append(float(value.detach()))
+        for _ in range(s.num_epoch):
+            for batch in minibatches(buffer, s.batch_size, self.rng):
+                loss, parts = self.loss(batch, epsilon, beta)
+                self.optimiser.zero_grad()
+                loss.backward()
+                self.optimiser.step()
+                for name, value in parts.items():
+                    seen[name].append(float(value.detach()))
+
         return {
             **{name: mean(values) for name, values in seen.items()},
             "Policy/Learning Rate": learning_rate,
@@ -230,14 +241,18 @@ class Learner:
 
         policy + 0.5·value − β·entropy, live agents [E2] [E3, ppo/optimizer_torch.py].
         """
-        live, said = batch.alive, self.actor(batch.vectors, batch.grids)
-        old, advantages = batch.log_probs[live], batch.advantages[live]
-        log_probs = said.log_probs(batch.actions)[live]
-        policy = policy_loss(log_probs, old, advantages, epsilon)
-        entropy = said.entropy()[live].mean()
-        critic, parts = self.critic_terms(batch, epsilon)
-        loss = critic + policy - beta * entropy
-        return loss, {"Losses/Policy Loss": policy, **parts, "Policy/Entropy": entropy}
+        live = batch.alive
+        policy = self.actor(batch.vectors, batch.grids)
+        of_policy = policy_loss(
+            policy.log_probs(batch.actions)[live],
+            batch.log_probs[live],
+            batch.advantages[live],
+            epsilon,
+        )
+        entropy = policy.entropy()[live].mean()
+        of_critic, parts = self.critic_terms(batch, epsilon)
+        parts = {"Losses/Policy Loss": of_policy, **parts, "Policy/Entropy": entropy}
+        return of_critic + of_policy - beta * entropy, parts
 
     def critic_terms(
         self, batch: Decisions, epsilon: float
@@ -249,7 +264,9 @@ class Learner:
 
     def schedules(self) -> tuple[float, float, float]:
         """Learning rate, ε and β at this step [E3, ppo/optimizer_torch.py]."""
-        s, at, end = self.settings, self.steps, self.settings.max_steps
+        s = self.settings
+        at = self.steps
+        end = s.max_steps
         return (
             scheduled(s.learning_rate, LEAST_RATE, at, end, s.learning_rate_schedule),
             scheduled(s.epsilon, LEAST_EPSILON, at, end, s.epsilon_schedule),
@@ -272,13 +289,14 @@ class Learner:
 #   has gone, and its last decision is valued with what they saw and did just then; in
 #   the original both are one decision older;
 # * log-probabilities and entropies are exact; the original adds 1e-7 within logarithms
-#   and to 2σ², less than 1e-5 of difference for options above 1 % and σ above 0.2;
+#   and to 2σ²: less than 1e-5 of difference for options above 1 %, and for σ above
+#   0.2 within 4 σ of the mean;
 # * "Losses/Policy Loss" keeps its sign (the original drops it); "Policy/Entropy" is
 #   measured on the minibatches (the original: when agents act); estimates are means
 #   over decisions, in scaled reward (the original: of trajectories' means);
 # * whole rounds arrive before the buffer is checked: an update uses more steps than the
-#   original's, with preset `paper` less than 19 %; training stops at `max_steps`, the
-#   original at the first step beyond;
+#   original's, with preset `paper` less than 19 %; training ends after the
+#   round that reaches `max_steps`, the original at the first step beyond;
 # * agents cut off by time are bootstrapped, as in the original, but not a fire that has
 #   lit its last source: it has nothing left to do, and no value was learned for that;
 # * beta_schedule and epsilon_schedule that a file leaves unset are the learning rate's,

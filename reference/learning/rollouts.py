@@ -1,7 +1,7 @@
 """Rollouts: play whole episodes, given weights, a scenario and seeds.
 
-Clauses: C8, E3, E6.  A job plays its episodes in lockstep, so that one call of
-a network serves all of them; an episode's randomness depends on its own seed alone.
+A job plays its episodes in lockstep, so that one call of a network serves all of them;
+an episode's randomness depends on its own seed alone.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,11 +16,12 @@ from reference.game.codec import Moment
 from reference.game.environment import (
     FIRE,
     Environment,
+    Seen,
     action_size,
     until_next_decision,
 )
 from reference.game.observations import grid, robots_at_work
-from reference.learning.experience import Record, Trajectory
+from reference.learning.experience import RECORDED, Record, Trajectory
 from reference.learning.players import Learned, Player
 from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
@@ -61,37 +62,39 @@ class Episode:
 
 
 def play(*jobs: Job, advance: Advance = until_next_decision) -> list[Episode]:
-    """Play the episodes of jobs in one lockstep; each is as if played alone.
+    """Play the episodes of jobs in one lockstep; each is as if played alone [E6].
 
     Only `advance` sees the simulations of all: a job's networks decide for its own.
     """
     games = [_begun(job) for job in jobs]
-    every = [run for game in games for run in game]
-    while running := [run for run in every if not run.simulation.done]:
+    runs = [run for game in games for run in game]
+    running = [run for run in runs if not run.simulation.done]
+    while running:
         for game in games:
             _decide([run for run in game if not run.simulation.done])
         for run in running:
             run.environment.begin_step(run.actions)
         advance([run.simulation for run in running])
         for run in running:
-            run.see()
-    return [run.episode() for run in every]
+            run.end_step()
+        running = [run for run in running if not run.simulation.done]
+    return [run.episode() for run in runs]
 
 
 def _begun(job: Job) -> "list[_Run]":
     """Begin a job's episodes."""
     building = building_of(job.plan)
-    sides = {side: getattr(job, side) for side in SIDES}
-    players: dict[Side, Player] = {
-        side: who.player(side, building, job.scenario)
-        for side, who in sides.items()
-        if isinstance(who, Learned)
-    }
-    scripts: Any = {s: None if s in players else who for s, who in sides.items()}
-    return [
-        _Run(Environment(building, job.scenario, **scripts), seed, players, job.record)
-        for seed in job.seeds
-    ]
+    players: dict[Side, Player] = {}
+    strategies: dict[Side, Any] = {"robots": job.robots, "fire": job.fire}
+    for side, who in strategies.items():
+        if isinstance(who, Learned):
+            players[side] = who.player(side, building, job.scenario)
+            strategies[side] = None  # its agents act
+    runs = []
+    for seed in job.seeds:
+        environment = Environment(building, job.scenario, **strategies)
+        runs.append(_Run(environment, seed, players, job.record))
+    return runs
 
 
 def _decide(running: "Sequence[_Run]") -> None:
@@ -99,12 +102,12 @@ def _decide(running: "Sequence[_Run]") -> None:
     if not running:
         return
     for side, player in running[0].players.items():
-        moments = [(run, run.moment(side)) for run in running]
-        asked = [(run, moment) for run, moment in moments if moment.alive.any()]
+        moments = [run.moment(side) for run in running]
+        asked = [k for k, moment in enumerate(moments) if moment.alive.any()]
         if asked:
-            emitted, records = player.act([moment for _, moment in asked])
-            for (run, _), chosen, record in zip(asked, emitted, records, strict=True):
-                run.choose(side, chosen, record)
+            actions, records = player.act([moments[k] for k in asked])
+            for k, chosen, record in zip(asked, actions, records, strict=True):
+                running[k].choose(side, chosen, record)
 
 
 class _Run:
@@ -120,17 +123,21 @@ class _Run:
         players: dict[Side, Player],
         record: Sequence[Side],
     ):
-        self.environment, self.seed, self.players = environment, seed, players
+        self.environment = environment
+        self.seed = seed
+        self.players = players
         seen, self.infos = environment.reset(seed)
         self.simulation = environment.simulation
-        self.vectors = {agent: observed["vector"] for agent, observed in seen.items()}
+        self.vectors: dict[str, np.ndarray] = {}
+        self._observe(seen)
         self.actions = {agent: np.zeros(action_size(agent)) for agent in seen}
         self.agents: dict[Side, list[str]] = {
             "robots": [agent for agent in seen if agent != FIRE],
             "fire": [agent for agent in seen if agent == FIRE],
         }
-        streams = enumerate(SIDES, 1)  # beside the simulation's own
-        self.rngs = {side: np.random.default_rng([seed, k]) for k, side in streams}
+        self.rngs = {  # beside the simulation's own
+            side: np.random.default_rng([seed, k]) for k, side in enumerate(SIDES, 1)
+        }
         recorded = [side for side in players if side in record]
         self.records: dict[Side, list[Record]] = {side: [] for side in recorded}
         self.rewards: dict[Side, list[float]] = {side: [] for side in recorded}
@@ -139,9 +146,13 @@ class _Run:
         """Collect what the side's player needs; alive: whose actions are read now."""
         agents = self.agents[side]
         acts = [a in self.infos and self.infos[a]["acts"] > 0 for a in agents]
-        vectors = np.stack([self.vectors[agent] for agent in agents])
-        world, rng = self.simulation.world, self.rngs[side]
-        return Moment(vectors, np.array(acts), world, rng, self.seed)
+        return Moment(
+            vectors=np.stack([self.vectors[agent] for agent in agents]),
+            alive=np.array(acts),
+            world=self.simulation.world,
+            rng=self.rngs[side],
+            seed=self.seed,
+        )
 
     def choose(self, side: Side, actions: np.ndarray, record: Record) -> None:
         """Take a decision, and record it with no reward yet."""
@@ -150,21 +161,31 @@ class _Run:
             self.records[side].append(record)
             self.rewards[side].append(0.0)
 
-    def see(self) -> None:
-        """End the step; add its rewards to a side's last decision.
+    def end_step(self) -> None:
+        """End the environment's step: see what agents observe, and pay them."""
+        seen, rewards, _, _, self.infos = self.environment.end_step()
+        self._observe(seen)
+        for side in self.rewards:
+            self._pay(side, rewards)
+
+    def _observe(self, seen: Seen) -> None:
+        """Keep what each agent observed last."""
+        self.vectors |= {agent: observed["vector"] for agent, observed in seen.items()}
+
+    def _pay(self, side: Side, rewards: dict[str, float]) -> None:
+        """Add the reward, the same for all of a side's agents, to its last decision.
 
         Rewards before its first decision are not learned from.
         """
-        seen, rewards, _, _, self.infos = self.environment.end_step()
-        self.vectors |= {agent: observed["vector"] for agent, observed in seen.items()}
-        for side, paid in self.rewards.items():
-            alike = [rewards[a] for a in self.agents[side] if a in rewards]
-            if paid and alike:
-                paid[-1] += alike[0]
+        paid = self.rewards[side]
+        earned = [rewards[agent] for agent in self.agents[side] if agent in rewards]
+        if paid and earned:
+            paid[-1] += earned[0]
 
     def episode(self) -> Episode:
         """Make the whole episode, once it is over."""
-        outcome, events = self.simulation.outcome(), self.simulation.events
+        outcome = self.simulation.outcome()
+        events = self.simulation.events
         facts = {
             "group_reward": outcome.reward,
             "fire_reward": fire_reward(events),
@@ -176,24 +197,28 @@ class _Run:
             "seconds": outcome.simulated_seconds,
             "length": self.environment.decision,
         }
-        sides = {side: self._trajectory(side) for side in SIDES}
-        return Episode(seed=self.seed, facts=facts, **sides)
+        return Episode(
+            seed=self.seed,
+            robots=self._trajectory("robots"),
+            fire=self._trajectory("fire"),
+            facts=facts,
+        )
 
     def _trajectory(self, side: Side) -> Trajectory | None:
-        """Stack a side's records, and row T, observed after the last of them."""
-        if not (records := self.records.get(side)):
+        """Stack a side's records; row T is seen after them [E3, agent_processor.py]."""
+        records = self.records.get(side)
+        if not records:
             return None
         (seen,) = self.players[side].read([self.moment(side)])
-        alive = records[-1]["alive"] & self._cut_off(side)
-        last = {"vectors": seen, "grids": grid(self.simulation.world), "alive": alive}
-        columns = {
-            name: np.stack([row[name] for row in [*records, last] if name in row])
-            for name in records[0]
-        }
-        return Trajectory(rewards=np.array(self.rewards[side]), **columns)
+        columns = {name: [row[name] for row in records] for name in RECORDED}
+        columns["vectors"].append(seen)
+        columns["grids"].append(grid(self.simulation.world))
+        columns["alive"].append(columns["alive"][-1] & self._cut_off(side))
+        arrays = {name: np.stack(rows) for name, rows in columns.items()}
+        return Trajectory(**arrays, rewards=np.array(self.rewards[side]))
 
     def _cut_off(self, side: Side) -> np.ndarray | bool:
-        """(G,) bool, or one for all: has time left them with something to decide?"""
+        """Has time left them with something to do [C8]? (G,) bool, or one for all."""
         world = self.simulation.world
         if side == "robots":
             return robots_at_work(world)

@@ -1,6 +1,5 @@
 """Trainer settings of one side: Table I for the robots, Table II for the fire.
 
-Clauses: E1, E2 (Tables I and II), E3 (what a row means), E4 (networks), E5 (γ).
 A row here has its name in ML-Agents, its type, its section in ML-Agents' files, and its
 allowed values; its value stands in `paper`, or in one of the smaller presets.
 """
@@ -22,7 +21,8 @@ REWARD_SCALE = 0.001
 """[E4, deviation] an episode is worth thousands of health points; scaled returns are of
 order one, since the baseline's clip (epsilon) is in units of return."""
 
-HYPER, NETWORK = ("hyperparameters",), ("network_settings",)
+HYPER = ("hyperparameters",)
+NETWORK = ("network_settings",)
 REWARD = ("reward_signals", "extrinsic")
 ABOVE_0 = math.ulp(0.0)  # the smallest number above 0
 
@@ -43,7 +43,7 @@ Schedule = Annotated[str, Row(HYPER, ("linear", "constant"))]  # to a floor at m
 
 @dataclass(frozen=True)
 class TrainerSettings:
-    """One side's table, and a scale of ours; a step is one agent's decision."""
+    """One side's table [E1] [E2], and our scale; a step is one agent's decision."""
 
     trainer_type: Annotated[str, Row((), ("poca", "ppo"))]  # a group, or each alone
     batch_size: Annotated[int, Row(HYPER)]  # steps of a minibatch ...
@@ -60,7 +60,7 @@ class TrainerSettings:
     normalize: Annotated[bool, Row(NETWORK)]  # the numbers observed; the grid never is
     hidden_units: Annotated[int, Row(NETWORK, high=2**13)]
     num_layers: Annotated[int, Row(NETWORK, high=2**5)]
-    gamma: Annotated[float, Row(REWARD, low=0, high=1)]  # discount
+    gamma: Annotated[float, Row(REWARD, low=0, high=1)]  # discount [E5]
     strength: Annotated[float, Row(REWARD, low=0)]  # weight of the reward
     keep_checkpoints: int
     checkpoint_interval: int  # steps

@@ -80,7 +80,8 @@ def lost(building, cells):
 def test_h_is_0_without_fire_and_2312_if_all_burns_at_once(name):
     """It burns out, so that is 0.6 of the hardest: 1 on the paper's ruler."""
     building = shipped(name)
-    never, at_once = np.full(building.kind.shape, inf), np.zeros(building.kind.shape)
+    never = np.full(building.kind.shape, inf)
+    at_once = np.zeros(building.kind.shape)
     assert h_of(building, never) == 0
     assert h_of(building, at_once) == pytest.approx(2312, abs=1)
     assert pytest.approx(2312, abs=1) == 0.6 * hardest()
@@ -92,7 +93,8 @@ def test_h_is_0_without_fire_and_2312_if_all_burns_at_once(name):
 @given(share=st.integers(0, len(moments())))
 def test_all_ways_cut_at_once_cost_the_health_lost_till_they_open_again(share):
     """As a share of the hardest, wherever people start: squares of the health left."""
-    building, t = built(TWO_ROOMS), paper.health_seconds() * share / len(moments())
+    building = built(TWO_ROOMS)
+    t = paper.health_seconds() * share / len(moments())
     h = h_of(building, np.full(building.kind.shape, t))
     shut, opens = (
         max(0, 1 - seconds / paper.health_seconds()) ** 2
@@ -134,7 +136,9 @@ def test_what_burns_besides_and_earlier_fire_are_at_least_as_difficult(fire, sec
 @pytest.mark.paper("F11")
 def test_it_does_not_depend_on_the_robots():
     """One random fire, met by all kinds of robots: the same h, however it ended."""
-    scenario, ends, found = Scenario(people=8), set(), set()
+    scenario = Scenario(people=8)
+    ends = set()
+    found = set()
     for robots in ROBOTS:
         sides = ROBOTS[robots](), RandomFire()
         run = Simulation(shipped("tiny"), scenario, *sides, seed=0)
@@ -186,7 +190,8 @@ def test_a_burnt_door_costs_what_it_costs_in_the_graph(name, burnt):
     """As networkx finds the ways in a copy of the graph without these doors."""
     building = shipped(name)
     doors = [m for m in building.landmarks if m.kind is Kind.DOOR and m.index in burnt]
-    before, now = by_networkx(building), by_networkx(building, [m.id for m in doors])
+    before = by_networkx(building)
+    now = by_networkx(building, [m.id for m in doors])
     cells = np.isin(building.landmark, [m.index for m in doors])
     np.testing.assert_allclose(lost(building, cells), 1 - before / now, atol=1e-12)
 
@@ -288,8 +293,23 @@ def test_a_fire_burns_on_when_everybody_is_out():
     """All its sources count, and the run itself is left alone."""
     sim = Simulation(shipped("tiny"), Scenario(people=4), Sweep(), RandomFire(), seed=1)
     sim.run()
-    ended, lit = sim.world.time, len(sim.world.flames.sources)
+    ended = sim.world.time
+    lit = len(sim.world.flames.sources)
     later = arrival_of(sim)
     assert lit < FIRE_SOURCES and ended < 60
     assert (later < sim.world.flames.arrival).any()
     assert (sim.world.time, len(sim.world.flames.sources)) == (ended, lit)
+
+
+@pytest.mark.paper("F11")
+def test_stairs_are_as_long_as_paper_says_now(monkeypatch):
+    """For who is slow on stairs, less of the way lies on a floor that burns."""
+    building = built(HOUSE)
+    rooms = [area.kind == "room" and area.floor == 1 for area in building.areas]
+    upstairs = np.array(rooms, dtype=int)
+    every_other = np.zeros(building.kind.shape, dtype=bool)
+    every_other[0, :, ::2] = building.kind[0, :, ::2] == Kind.FLOOR
+    fire = burning(building, every_other)
+    before = difficulty(building, fire, upstairs)
+    monkeypatch.setattr(paper, "STAIRS_SPEED", paper.STAIRS_SPEED / 4)
+    assert 0 < difficulty(building, fire, upstairs) < before

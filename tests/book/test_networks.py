@@ -80,7 +80,8 @@ def test_what_the_normaliser_knows_is_the_variance_of_all_rows(lengths, seed):
 @pytest.mark.paper("C3")
 def test_the_simple_encoder_makes_288_features_of_40_by_40():
     """9 x 40 x 40 → 16 x 9 x 9 → 32 x 3 x 3; a hundredth of what is below 0 passes."""
-    encoder, grids = GridEncoder((9, 40, 40), 16), torch.rand(2, 9, 40, 40)
+    encoder = GridEncoder((9, 40, 40), 16)
+    grids = torch.rand(2, 9, 40, 40)
     x = leaky_relu(encoder.conv1(grids), 0.01)
     assert x.shape == (2, 16, 9, 9)
     x = leaky_relu(encoder.conv2(x), 0.01)
@@ -93,11 +94,13 @@ def test_the_simple_encoder_makes_288_features_of_40_by_40():
 @pytest.mark.parametrize("kind", [Actor, Critic])
 def test_a_group_s_image_is_encoded_once_as_if_for_each_agent(kind):
     """Of policies the means; PPO's critic is told each agent's own observation."""
-    network, rows = made(kind).double(), lives.doubled(lives.batch(G=3))
+    network = made(kind).double()
+    rows = lives.doubled(lives.batch(G=3))
     found = network(rows.vectors, rows.grids)
     alone = [network(rows.vectors[:, k], rows.grids) for k in range(3)]
     if kind is Actor:
-        found, alone = found.act(), [policy.act() for policy in alone]
+        found = found.act()
+        alone = [policy.act() for policy in alone]
     assert torch.allclose(found, torch.stack(alone, dim=1), atol=1e-12)
     assert found.std() > 0.01
 
@@ -106,7 +109,8 @@ def test_a_group_s_image_is_encoded_once_as_if_for_each_agent(kind):
 @pytest.mark.parametrize("kind", [Actor, Critic])
 def test_no_connection_skips_a_layer(kind):
     """Where one layer passes nothing on, nothing that is observed gets through."""
-    network, rows = made(kind, num_layers=3), lives.batch(G=3)
+    network = made(kind, num_layers=3)
+    rows = lives.batch(G=3)
     network.body.layers[2].weight.data.zero_()
     found = network(rows.vectors, rows.grids)
     found = found.act() if kind is Actor else found[..., None]
@@ -207,6 +211,15 @@ def test_entropy_is_a_mean_over_dimensions_and_a_sum_over_branches():
 
 
 @pytest.mark.paper("E3")
+def test_a_policy_of_branches_alone_has_the_entropy_of_its_branches():
+    """There is no Gaussian to take a mean of: log 2 + log 3, for each of two agents."""
+    branches = [torch.zeros(2, 2), torch.zeros(2, 3)]
+    policy = ActionDistribution(torch.zeros(2, 0), torch.zeros(0), branches)
+    assert policy.entropy().tolist() == [pytest.approx(math.log(6))] * 2
+    assert policy.act().tolist() == [[0.0, 0.0]] * 2
+
+
+@pytest.mark.paper("E3")
 def test_without_noise_the_mean_action_is_taken():
     """The Gaussian's mean, and each branch's best option."""
     policy = ActionDistribution(
@@ -221,7 +234,8 @@ def test_noise_makes_samples_of_the_distribution():
     rng = np.random.default_rng(0)
     n, logits = 20_000, torch.tensor([1.0, 0.0, -1.0])
     noise = np.hstack([rng.standard_normal((n, 1)), rng.gumbel(size=(n, 3))])
-    mean, log_sigma = torch.full((n, 1), 2.0), torch.tensor([math.log(3)])
+    mean = torch.full((n, 1), 2.0)
+    log_sigma = torch.tensor([math.log(3)])
     policy = ActionDistribution(mean, log_sigma, [logits.expand(n, 3)])
     raw, index = policy.act(torch.from_numpy(noise).float()).T
     assert torch.allclose(raw, 2 + 3 * torch.from_numpy(noise[:, 0]).float())
@@ -237,7 +251,8 @@ def test_noise_makes_samples_of_the_distribution():
 @pytest.mark.parametrize("G", [1, 2, 6])
 def test_the_group_critic_agrees_with_one_that_encodes_every_mate_anew(G, dtype):
     """Values and all baselines, for groups of whoever is there."""
-    rows, critic = lives.doubled(lives.batch(8, G)), made(GroupCritic).to(dtype)
+    rows = lives.doubled(lives.batch(8, G))
+    critic = made(GroupCritic).to(dtype)
     vectors, actions = rows.vectors.to(dtype), rows.actions.to(dtype)
     value, baselines = critic.with_baselines(vectors, rows.grids, rows.alive, actions)
     naive = oracle.group_worth(critic, vectors, rows.grids, rows.alive, actions)
@@ -252,7 +267,8 @@ def test_the_group_critic_agrees_with_one_that_encodes_every_mate_anew(G, dtype)
 @pytest.mark.paper("E1")
 def test_a_baseline_knows_what_the_mates_did_but_not_what_the_agent_did():
     """That is what makes it counterfactual; the value knows of no action."""
-    critic, rows = made(GroupCritic).double(), lives.doubled(lives.batch(G=3))
+    critic = made(GroupCritic).double()
+    rows = lives.doubled(lives.batch(G=3))
     seen = rows.vectors, rows.grids, torch.ones_like(rows.alive)
     value, baselines = critic.with_baselines(*seen, rows.actions)
     other = rows.actions.clone()
@@ -266,7 +282,8 @@ def test_a_baseline_knows_what_the_mates_did_but_not_what_the_agent_did():
 @pytest.mark.paper("E1")
 def test_the_critic_is_told_how_many_agents_are_there():
     """2n/n_max − 1, where n_max is the largest group it has seen; kept with it."""
-    critic, rows = made(GroupCritic).double(), lives.doubled(lives.batch(4, 4))
+    critic = made(GroupCritic).double()
+    rows = lives.doubled(lives.batch(4, 4))
     with torch.no_grad():
         critic.value.weight.zero_()
         critic.value.weight[0, -1], critic.value.bias[:] = 1.0, 0.0

@@ -118,9 +118,11 @@ def test_each_round_both_sides_learn_and_play_the_next_with_what_they_learned():
     for side in SIDES:
         one, other = (p[side].weights["head.mean.weight"] for p in (before, after))
         assert not np.array_equal(one, other), side
-    (second,), (again,) = next(rounds), play(Job(TINY, scene, **after, seeds=(2,)))
+    (second,) = next(rounds)
+    (again,) = play(Job(TINY, scene, **after, seeds=(2,)))
     for side in SIDES:
-        one, other = getattr(second, side), getattr(again, side)
+        one = getattr(second, side)
+        other = getattr(again, side)
         assert np.array_equal(one.actions, other.actions), side
 
 

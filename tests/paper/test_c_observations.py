@@ -252,7 +252,8 @@ def test_the_fire_keeps_everybody_at_their_own_number():
     """Human 1 is out: nobody moves up; robots stand as numbered, floor by floor."""
     sim = scene(seconds=30)
     sim.world.bodies.fate[0] = Fate.EVACUATED
-    bodies, seen = sim.world.bodies, fire_decoded(sim)
+    bodies = sim.world.bodies
+    seen = fire_decoded(sim)
     points = np.column_stack([bodies.position, bodies.floor])
     points[~bodies.inside] = paper.ABSENT_POINT
     assert np.array_equal(seen.humans, np.float32(points))

@@ -24,7 +24,8 @@ CALM = np.array([-1.0, 1.0, 1.0], dtype=np.float32)
 
 def game(name="tiny", robots=None, fire=None, seed=0, people=6, **scenario):
     """An environment that has been reset."""
-    building, scene = shipped(name), Scenario(people=people, training=True, **scenario)
+    building = shipped(name)
+    scene = Scenario(people=people, training=True, **scenario)
     robots = fitting(robots, "robots", building, scene)
     fire = fitting(fire, "fire", building, scene)
     environment = Environment(building, scene, robots, fire)
@@ -176,7 +177,8 @@ class Noted:
 def test_a_strategys_decisions_played_as_actions_give_the_strategys_run(name):
     """A model and an algorithm are interchangeable; float32 is enough."""
     environment = game("paper", people=6, fire="random", seed=2, time_limit=40)
-    building, noted = environment.building, Noted(name)
+    building = environment.building
+    noted = Noted(name)
     scripted = Simulation(
         building, environment.simulation.scenario, noted, RandomFire(), seed=2
     )
@@ -189,7 +191,8 @@ def test_a_strategys_decisions_played_as_actions_give_the_strategys_run(name):
                 actions[f"robot_{k}"] = spot.astype(np.float32)
         environment.step(actions)
     assert environment.simulation.done
-    ours, theirs = environment.simulation.events, scripted.events
+    ours = environment.simulation.events
+    theirs = scripted.events
     assert [(type(e), e.time) for e in ours] == [(type(e), e.time) for e in theirs]
     assert group_reward(ours) == pytest.approx(group_reward(theirs))
 
@@ -277,7 +280,8 @@ def test_every_robot_is_paid_what_the_group_earns(paid):
 def test_the_fire_is_paid_what_the_robots_lose_less_its_penalties(paid):
     """A refused fire costs it something, in training."""
     environment, steps = paid
-    events, total = environment.simulation.events, sum(step[FIRE] for step in steps)
+    events = environment.simulation.events
+    total = sum(step[FIRE] for step in steps)
     assert total == pytest.approx(fire_reward(events))
     assert any(isinstance(event, FireRefused) for event in events)
     assert total < -group_reward(events)

@@ -32,7 +32,9 @@ def test_lambda_returns_of_three_decisions_by_hand():
 @given(st.integers(1, 12), st.floats(0, 1), st.floats(0, 1), st.integers(0, 99))
 def test_a_lambda_return_is_gae_and_the_value(T, gamma, lambd, seed):
     """With the same V: so what is new in MA-POCA is the baseline alone."""
-    rewards, values, last = random(seed, T, 2), random(seed + 1, T, 2), random(5, 2)
+    rewards = random(seed, T, 2)
+    values = random(seed + 1, T, 2)
+    last = random(5, 2)
     R = lambda_returns(rewards, values, last, gamma, lambd)
     advantages = gae(rewards, values, last, gamma, lambd)
     assert torch.allclose(R, advantages + values, atol=1e-9)
@@ -86,7 +88,8 @@ def after(learner, t, at, who):
 def returned(learner, t, part, agent, first, last, follows):
     """Does the agent's part of the life, first to last, return what it should?"""
     rewards = torch.from_numpy(t.rewards[first:last]).float()
-    values, s = part.values[first:last, agent], learner.settings
+    values = part.values[first:last, agent]
+    s = learner.settings
     R = lambda_returns(rewards, values, torch.as_tensor(follows), s.gamma, s.lambd)
     return torch.allclose(part.returns[first:last, agent], R, atol=1e-5)
 
@@ -109,7 +112,8 @@ def test_who_finishes_early_is_credited_with_what_the_group_does_next(drawn, par
     Who had left before is not in that group; nothing follows when all are done. When
     time is up, the group goes on from its value.
     """
-    learner, t = made(), life(*drawn)
+    learner = made()
+    t = life(*drawn)
     part = added(learner, t)
     for agent, first, last, group in parts:
         follows = after(learner, t, last - 1, group) if group else 0.0
@@ -120,7 +124,8 @@ def test_who_finishes_early_is_credited_with_what_the_group_does_next(drawn, par
 @pytest.mark.paper("E3")
 def test_the_horizon_cuts_a_group_s_trajectories_too():
     """Two and two decisions, and the mate that leaves just then is still counted."""
-    learner, t = made(time_horizon=2), life("##..", "####")
+    learner = made(time_horizon=2)
+    t = life("##..", "####")
     part = added(learner, t)
     follows = after(learner, t, 1, [0, 1])
     assert returned(learner, t, part, 0, 0, 2, follows)
@@ -176,7 +181,8 @@ class WithoutCounterfactual(Learner):
 
 def credit(kind):
     """How far the lazy one's advantages spread, compared with the useful one's."""
-    learner, rng = player(kind, gamma=0.0), np.random.default_rng(1)
+    learner = player(kind, gamma=0.0)
+    rng = np.random.default_rng(1)
     learner.actor.requires_grad_(False)  # the critic finds out who earns what
     for _ in range(16):
         learner.add([bandit(learner, rng)[0]])
@@ -226,7 +232,8 @@ class WithoutPosthumousCredit(Learner):
 
 def leaving(kind):
     """How often agent 0 leaves, once it has learnt."""
-    learner, rng = player(kind), np.random.default_rng(1)
+    learner = player(kind)
+    rng = np.random.default_rng(1)
     for _ in range(16):
         played = [door(learner, rng) for _ in range(48)]
         learner.add(played)

@@ -30,9 +30,9 @@ from reference.learning.ppo import (
 @pytest.mark.paper("E3")
 def test_a_linear_schedule_ends_at_its_floor():
     """0.3 → 0.1 over 1000 steps: 0.25 after a quarter, and 0.1 ever after."""
-    assert scheduled(0.3, 0.1, 0, 1000) == pytest.approx(0.3)
-    assert scheduled(0.3, 0.1, 250, 1000) == pytest.approx(0.25)
-    assert [scheduled(0.3, 0.1, n, 1000) for n in (1000, 5000)] == [0.1, 0.1]
+    assert scheduled(0.3, 0.1, 0, 1000, "linear") == pytest.approx(0.3)
+    assert scheduled(0.3, 0.1, 250, 1000, "linear") == pytest.approx(0.25)
+    assert [scheduled(0.3, 0.1, n, 1000, "linear") for n in (1000, 5000)] == [0.1, 0.1]
     assert scheduled(0.3, 0.1, 999, 1000, "constant") == 0.3
 
 
@@ -51,7 +51,9 @@ def test_gae_of_three_decisions_by_hand():
 @given(st.integers(1, 12), st.floats(0, 1), st.floats(0, 1), st.integers(0, 99))
 def test_gae_is_the_sum_over_all_that_follows(T, gamma, lambd, seed):
     """A_t = Σ_k (γλ)^k δ_t+k, column by column."""
-    rewards, values, last = random(seed, T, 2), random(seed + 1, T, 2), random(9, 2)
+    rewards = random(seed, T, 2)
+    values = random(seed + 1, T, 2)
+    last = random(9, 2)
     A = gae(rewards, values, last, gamma, lambd)
     following = torch.cat([values[1:], last[None]])
     deltas = rewards + gamma * following - values
@@ -71,7 +73,8 @@ def test_advantages_are_normalised_with_the_deviation_of_all():
 @pytest.mark.paper("E3")
 def test_every_component_has_its_own_ratio_and_clip():
     """ρ = (2, ½), A = 1, ε = 0.2: −(min(2, 1.2) + min(½, 0.8))/2; jointly it is −1."""
-    log_probs, old = tensor(math.log(2), math.log(0.5))[None], tensor(0, 0)[None]
+    log_probs = tensor(math.log(2), math.log(0.5))[None]
+    old = tensor(0, 0)[None]
     assert policy_loss(log_probs, old, tensor(1), 0.2).item() == pytest.approx(-0.85)
     worse = policy_loss(log_probs, old, tensor(-1), 0.2).item()
     assert worse == pytest.approx((2 + 0.8) / 2)
@@ -81,13 +84,12 @@ def test_every_component_has_its_own_ratio_and_clip():
 @given(st.integers(0, 99))
 def test_the_policy_loss_pulls_where_the_clip_does_not_hold(seed):
     """Its gradient: −ρA/MK inside the clip and where clipping would flatter, else 0."""
-    log_probs, old, A = (
-        random(seed, 5, 3).requires_grad_(),
-        random(7, 5, 3),
-        random(8, 5),
-    )
+    log_probs = random(seed, 5, 3).requires_grad_()
+    old = random(7, 5, 3)
+    A = random(8, 5)
     policy_loss(log_probs, old, A, 0.2).backward()
-    rho, A = torch.exp(log_probs - old).detach(), A[:, None].expand(5, 3)
+    rho = torch.exp(log_probs - old).detach()
+    A = A[:, None].expand(5, 3)
     held = ((rho > 1.2) & (A > 0)) | ((rho < 0.8) & (A < 0))
     expected = torch.where(held, 0.0, -rho * A / 15)
     assert torch.allclose(log_probs.grad, expected, atol=1e-12)
@@ -139,11 +141,14 @@ def test_a_trajectory_goes_on_from_a_value_unless_the_agent_is_done(
     drawn, horizon, parts
 ):
     """GAE plus value for each part of an agent's life; its mates do not matter."""
-    learner, t = made(time_horizon=horizon), life(*drawn, sizes=MIXED)
+    learner = made(time_horizon=horizon)
+    t = life(*drawn, sizes=MIXED)
     found, seen = returns(learner, t)
-    rewards, s = torch.from_numpy(t.rewards).float(), learner.settings
+    rewards = torch.from_numpy(t.rewards).float()
+    s = learner.settings
     for agent, first, last, follows in parts:
-        values, after = seen[first:last, agent], follows * seen[last, agent]
+        values = seen[first:last, agent]
+        after = follows * seen[last, agent]
         expected = values + gae(rewards[first:last], values, after, s.gamma, s.lambd)
         assert torch.allclose(found[first:last, agent], expected, atol=1e-6)
 
@@ -164,14 +169,16 @@ def test_rewards_are_scaled_before_anything_is_learnt_from_them():
 @pytest.mark.paper("E4")
 def test_both_networks_normalise_with_what_the_live_agents_saw():
     """Before values are computed; neither the absent nor a last observation count."""
-    learner, t = made(normalize=True), life("###", "#..", sizes=MIXED)
+    learner = made(normalize=True)
+    t = life("###", "#..", sizes=MIXED)
     learner.add([t])
     live = np.vstack([np.zeros(MIXED.vector), t.vectors[:-1][t.alive[:-1]]])
     for network in (learner.actor, learner.critic):
         normaliser = network.body.encoder.normaliser
         assert normaliser.count == 5
         assert normaliser.mean.numpy() == pytest.approx(live.mean(axis=0), abs=1e-6)
-    part, t = learner.buffer[0], torch.from_numpy(t.vectors[:-1])
+    part = learner.buffer[0]
+    t = torch.from_numpy(t.vectors[:-1])
     with torch.no_grad():
         values = learner.critic(t, part.grids)
     assert torch.allclose(values, part.values, atol=1e-6)

@@ -105,6 +105,6 @@ def test_the_papers_points_are_those_of_everybody_on_its_third_floor():
 def test_critical_point_2_lies_where_a_scenarios_best_runs_end():
     """Spread over three floors people earn less; twice as many, twice as much."""
     building = shipped("paper")
-    assert critical_points(building) == ((-12_000, 0.1), (11_000, 1000))
+    assert critical_points(building, Scenario()) == ((-12_000, 0.1), (11_000, 1000))
     many = critical_points(building, Scenario(people=80))
     assert many == ((-24_000, 0.1), (22_000, 1000))

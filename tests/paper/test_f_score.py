@@ -149,7 +149,8 @@ def test_a_ruler_may_be_made_for_another_number_of_people():
     """A tenth of the people have a tenth of the rewards, and the same scores."""
     rewards, difficulties = baseline(60)
     points = [(reward / 10, y) for reward, y in POINTS]
-    few, many = ruler(rewards / 10, difficulties, points), ruler(rewards, difficulties)
+    few = ruler(rewards / 10, difficulties, points)
+    many = ruler(rewards, difficulties)
     assert few.score(900.0, 1000.0) == pytest.approx(many.score(9000.0, 1000.0))
 
 

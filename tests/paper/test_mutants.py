@@ -150,8 +150,8 @@ C2 paper
   - FIRE_SOURCES = 8
   + FIRE_SOURCES = 7
 C3 game/observations
-  - _channels(cells, FIRES, burning)[:] = burning
-  + _channels(cells, FIRES, burning)[:] = burning[::-1]
+  - _channels(cells, FIRES, kind)[:] = burning
+  + _channels(cells, FIRES, kind)[:] = burning[::-1]
 C4 game/observations
   - rank = np.where(up >= 0, up, floors - up)
   + rank = np.abs(up)
@@ -180,8 +180,8 @@ C8 learning/poca
   - values * goes_on
   + 0 * values * goes_on
 D1 game/observations
-  - return _written(world, scenario, _humans(world)[None], robots[None], work.sum())[0]
-  + return _written(world, scenario, _humans(world)[None], robots[None], 0)[0]
+  - robots[None], team=work.sum())[0]
+  + robots[None], team=0)[0]
 D2 simulation
   - since % paper.FIRE_EVERY_DECISIONS == 0
   + since % 4 == 0
@@ -228,11 +228,11 @@ E3 learning/players
   - rng.standard_normal((agents, continuous), dtype=np.float32)
   + np.repeat(rng.standard_normal((1, continuous), dtype=np.float32), agents, 0)
 E3 learning/adversarial
-  - return learner.update() if learner.full else {}
-  + return learner.update()
+  - if learner.full:
+  + if True:
 E3 learning/adversarial
-  - [t for e in episodes if
-  + [t for e in episodes[:1] if
+  - for episode in episodes]
+  + for episode in episodes[:1]]
 E3 learning/ppo
   - LEAST_EPSILON, at, end, s.epsilon_schedule)
   + LEAST_EPSILON, at, end, s.learning_rate_schedule)
@@ -243,8 +243,8 @@ E4 learning/ppo
   - self.update_normalisers(trajectories)
   + pass
 E5 game/environment
-  - of_fire, of_robot = fire_reward(events), group_reward(events)  # [D6] [E5]
-  + of_fire, of_robot = fire_reward(events), 0.5 * group_reward(events)  # [D6] [E5]
+  - dict.fromkeys(agents, group_reward(events))
+  + dict.fromkeys(agents, 0.5 * group_reward(events))
 E6 learning/adversarial
   - learn(side, learner, episodes)
   + side == "robots" and learn(side, learner, episodes)

@@ -167,7 +167,8 @@ def test_refuses_networks_of_another_shape(checkpoint):
 # -- A learned policy is a strategy -------------------------------------------------
 
 
-OFFICE, SMALL = shipped("tiny"), tiny().scenario
+OFFICE = shipped("tiny")
+SMALL = tiny().scenario
 
 
 @pytest.mark.paper("C5")
@@ -175,7 +176,8 @@ OFFICE, SMALL = shipped("tiny"), tiny().scenario
 @pytest.mark.paper("D2")
 def test_learned_policies_play_both_sides_of_an_evacuation(path):
     """By file name, where a strategy's name would stand; same seed, same run."""
-    robots, fire = LearnedRobots(str(path)), LearnedFire(path)
+    robots = LearnedRobots(str(path))
+    fire = LearnedFire(path)
     runs = [Simulation(OFFICE, SMALL, robots, fire, seed=5) for _ in range(2)]
     outcomes = [run.run() for run in runs]
     assert outcomes[0] == outcomes[1]

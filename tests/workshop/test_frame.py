@@ -52,7 +52,8 @@ def seen(sim, masks=False, going=None):
 
     going: where all of them are headed, metres, if not where the simulation says
     """
-    frame, aims = frame_of(sim, masks), headed(sim.world)
+    frame = frame_of(sim, masks)
+    aims = headed(sim.world)
     if going is not None:
         aims[:] = to_normalised(sim.building, np.array(going))
     found = frame.read(robot_vectors(sim.world, sim.scenario), aims)
@@ -103,7 +104,8 @@ def test_what_moves_together_looks_the_same_to_a_robot():
     for part in ("humans", "robots", "fires"):
         layout.read(moved, part)[..., 0] += 2
     nowhere = np.full((2, 2), np.nan)
-    one, other = frame.read(vectors, nowhere), frame.read(moved, nowhere)
+    one = frame.read(vectors, nowhere)
+    other = frame.read(moved, nowhere)
     first = 3 * frame.anchors
     same = slice(first, first + (4 + 1 + 2) * WIDTH)  # people, a mate, fires
     assert np.allclose(one[:, same], other[:, same], atol=1e-6)
@@ -118,7 +120,8 @@ def test_a_destination_is_the_robot_s_place_and_ten_metres_for_each_unit():
     """Clipped to the main body; `raw` reads it back."""
     sim = stage(HALL)
     frame, _ = seen(sim)
-    vectors, robot = robot_vectors(sim.world, sim.scenario)[:1], sim.world.robots[0]
+    vectors = robot_vectors(sim.world, sim.scenario)[:1]
+    robot = sim.world.robots[0]
     said = frame.actions(np.array([[0.2, -0.1]]), vectors)
     x, y = robot.position
     assert destination(sim.building, said[0]) == pytest.approx((x + 2, y - 1), abs=1e-3)
@@ -240,7 +243,8 @@ def test_masks_forbid_what_helps_nobody():
 @pytest.mark.paper("C1", "chosen")
 def test_the_nearest_robot_in_sight_on_foot_is_the_guide():
     """Against ways one by one; whose work is done leads nobody, nor on the stairs."""
-    nav, rng = navigation_of(shipped("paper")), np.random.default_rng(0)
+    nav = navigation_of(shipped("paper"))
+    rng = np.random.default_rng(0)
     free = np.flatnonzero(nav.walkable)
     robots, folk = rng.choice(free, (3, 6)), rng.choice(free, (3, 40))
     at_work, walking = rng.random((3, 6)) < 0.7, rng.random((3, 40)) < 0.9

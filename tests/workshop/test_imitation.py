@@ -121,9 +121,11 @@ def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     assert under_way.any()
     nothing_new = np.full((len(moment.alive), 2), np.nan, dtype=np.float32)
     told = teacher._recorded(moment, nothing_new)
-    (seen,), K = teacher.read([moment]), teacher.codec.anchors
+    (seen,) = teacher.read([moment])
+    K = teacher.codec.anchors
     anchors = seen[:, : 2 * K].reshape(-1, K, 2)
-    keep, stay = anchors[:, KEEP], anchors[:, STAY]
+    keep = anchors[:, KEEP]
+    stay = anchors[:, STAY]
     assert np.allclose(told["actions"], np.where(under_way[:, None], keep, stay))
     assert told["alive"].all() and not stay.any()
     told = teacher._recorded(moment, headed(moment.world))

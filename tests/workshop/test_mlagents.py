@@ -76,7 +76,8 @@ def test_a_unity_user_can_bring_the_file_of_a_run():
 def test_the_file_that_ships_changes_the_discount_alone():
     """To the paper's, for robots of preset laptop."""
     file = ROOT / "tutorials" / "experiments" / "discount.yaml"
-    settings, robots = read_yaml(file, LAPTOP), LAPTOP.robots
+    settings = read_yaml(file, LAPTOP)
+    robots = LAPTOP.robots
     assert settings == replace(LAPTOP, robots=replace(robots, gamma=TABLE_I["gamma"]))
     assert settings != LAPTOP
 

@@ -34,7 +34,8 @@ def mixture(rows=7, anchors=4, sigma=0.3):
 @pytest.mark.paper("C5", "chosen")
 def test_a_mixture_s_log_probability_is_torch_s():
     """One number for both floats, whichever anchor they were drawn around."""
-    policy, actions = mixture(), lives.random(2, 7, 2)
+    policy = mixture()
+    actions = lives.random(2, 7, 2)
     oracle = MixtureSameFamily(policy.choice, Independent(policy.gaussian, 1))
     found = policy.log_probs(actions)
     assert found.shape == (7, 1)
@@ -84,7 +85,8 @@ def test_commitment_is_a_bonus_for_the_anchor_where_a_mixture_is_headed():
 @pytest.mark.paper("C5", "chosen")
 def test_a_mixture_reads_its_anchors_from_the_numbers():
     """The first 2K of them, in the units that an action has."""
-    head, rng = MixtureHead((3, 2), 0.4, 0.0, hidden=8), np.random.default_rng(0)
+    head = MixtureHead((3, 2), 0.4, 0.0, hidden=8)
+    rng = np.random.default_rng(0)
     vectors = torch.from_numpy(rng.normal(size=(4, 20))).float()
     vectors[:, 6:9] = 1.0
     spots = head(torch.randn(4, 8), vectors).act()
@@ -99,7 +101,8 @@ def test_a_mixture_reads_its_anchors_from_the_numbers():
 @pytest.mark.parametrize("name", ["tiny", "paper"])
 def test_the_fires_anchors_stand_beside_all_ways_and_can_burn(name):
     """One for each exit, entrance and door; said by the environment's three numbers."""
-    building, scenario = load(name), Scenario()
+    building = load(name)
+    scenario = Scenario()
     fire = preset("laptop").fire.codec("fire", building, scenario)
     assert len(fire.anchors) == len(building.landmarks)
     for anchor, mark in zip(fire.anchors, building.landmarks, strict=True):
@@ -113,7 +116,8 @@ def test_the_fires_anchors_stand_beside_all_ways_and_can_burn(name):
 @pytest.mark.paper("D2", "chosen")
 def test_where_a_fire_burns_none_is_lit_again():
     """The anchor beside a source is refused; all the others are allowed."""
-    building, scenario = load("tiny"), Scenario()
+    building = load("tiny")
+    scenario = Scenario()
     fire = preset("laptop").fire.codec("fire", building, scenario)
     world = Simulation(building, scenario).world
     storey, x, y = fire.anchors[3] * (1, UNIT, UNIT)

@@ -137,7 +137,8 @@ def test_a_training_that_stops_after_every_round_goes_on_to_the_same_end(tmp_pat
 @pytest.mark.slow
 def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
     """Two processes of one thread each, or this process: the same to the last bit."""
-    training, (_, here) = begun(seed=1), whole
+    training = begun(seed=1)
+    (_, here) = whole
     with workers(2) as pool:
         train(training, tmp_path, pool, lambda: training.round >= 2)
     same = load(here / newest(tmp_path).name)
@@ -206,7 +207,8 @@ def test_in_the_league_each_side_meets_the_other_as_it_was_earlier():
     training = begun(tiny(league=0.5))
     for _ in range(3):
         training.learn([e for job in training.jobs() for e in play(job)])
-    now, past = actors(training), training.versions
+    now = actors(training)
+    past = training.versions
     assert [*past["robots"]] == [*past["fire"]] == [1, 2, 3]
     turns = (4, "robots", 3), (5, "fire", 3), (6, "robots", 1)
     for training.round, side, version in turns:
@@ -223,7 +225,8 @@ def test_in_the_league_each_side_meets_the_other_as_it_was_earlier():
 @pytest.mark.paper("E6", "chosen")
 def test_earlier_versions_are_four_to_eight_at_even_distances():
     """From the first rounds to the last; none is made after the fact."""
-    training, before = begun(tiny(league=0.5)), set()
+    training = begun(tiny(league=0.5))
+    before = set()
     for training.round in range(1, 100):
         training._remember()
         rounds = [*training.versions["fire"]]
@@ -250,7 +253,8 @@ def test_a_side_past_its_max_steps_learns_no_more(tmp_path):
     """It plays on as it is while the other goes on."""
     training = begun(tiny(fire={"max_steps": 3}))
     trained(training, tmp_path, rounds=1)
-    before, steps = actors(training), training.learners["fire"].steps
+    before = actors(training)
+    steps = training.learners["fire"].steps
     trained(training, tmp_path, rounds=1)
     assert training.learning() == ["robots"]
     assert equal(actors(training)["fire"], before["fire"])
@@ -306,7 +310,8 @@ def test_a_round_that_is_being_played_is_dropped(tmp_path):
 
 def test_a_round_that_is_being_learned_from_is_finished(tmp_path, monkeypatch):
     """What is saved is what it would have been; its rows are there too."""
-    training, whole = begun(), tmp_path / "whole"
+    training = begun()
+    whole = tmp_path / "whole"
     trained(begun(), whole, rounds=1)
     learn = training.learn
 

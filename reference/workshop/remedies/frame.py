@@ -1,9 +1,9 @@
 """The robot's frame: observations and destinations from where a robot stands.
 
-Clauses: C1, C4-C7, D6.  [C5, chosen] The environment keeps the paper's interface,
-coordinates of the whole floor.  In the frame points are relative to the robot, people
-whom nobody leads come first, and a destination may be one of a few anchors.  All of it
-is computed from the observation, the map, and where robots are headed.
+[C5, chosen] The environment keeps the paper's interface, coordinates of the whole
+floor.  In the frame points are relative to the robot, people whom nobody leads come
+first, and a destination may be one of a few anchors.  All of it is computed from the
+observation [C1], the map, and where robots are headed.
 
     B   robots, of all worlds at once;  n  people;  R  robots;  K  anchors
     way    metres on foot, flames not counted;  near  1 / (1 + way / HALFWAY)
@@ -30,7 +30,8 @@ HALFWAY = 5.0  # [C4, chosen] metres on foot that are half as near as none
 PEOPLE = 6  # [C5, chosen] anchors at people
 ASTRAY = 8.0  # [C5, chosen] metres: hardly anybody goes farther between decisions
 
-KEEP, STAY = 0, 1
+KEEP = 0
+STAY = 1
 """The first anchors: where a robot is headed, and where it stands."""
 
 
@@ -40,7 +41,8 @@ class View:
     me     (B, 2) metres, floor (B,), place (B,): where they stand
     alone, lost, mine  (B, n) bool, people whom nobody leads, those on my floor, and
            those I lead, in the order of the vector;  order  (B, n), the frame's
-    spot   (B, 2) metres, where robots are headed;  outs, feet, rims  (B, k, 2) metres,
+    spot   (B, 2) metres, where robots are headed [C6]
+    outs, feet, rims  (B, k, 2) metres,
            ways out and feet of stairs, nearest first, and where to guard, in the map's
            order, so that each keeps its number; nan for none
     anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
@@ -53,18 +55,22 @@ class View:
 
         masks: forbid what helps nobody, see `helpful`.
         """
-        self.scenario, building = codec.scenario, codec.building
-        self.map, self.masks = map_of(building), masks
+        self.scenario = codec.scenario
+        self.map = map_of(codec.building)
+        self.masks = masks
         blocks = codec.layout.blocks
         self.seen = {name: codec.layout.read(vectors, name) for name in blocks}
-        self.humans, self.robots, self.fires = (
-            self.seen[name].astype(np.float64) for name in ("humans", "robots", "fires")
-        )
+        # Metres in float64, as the simulation has them.
+        self.humans = self.seen["humans"].astype(np.float64)
+        self.robots = self.seen["robots"].astype(np.float64)
+        self.fires = self.seen["fires"].astype(np.float64)
+
         own = self.robots[:, 0]
-        self.me, self.floor = own[:, :2], own[:, 2].round().clip(0).astype(int)
+        self.me = own[:, :2]
+        self.floor = own[:, 2].round().clip(0).astype(int)
         self.place = self.map.places(own)
         self._sort_people()
-        self.spot = from_normalised(building, headed.astype(np.float64))
+        self.spot = from_normalised(codec.building, headed.astype(np.float64))
         self.outs = self._nearest_first(self.map.outs)
         self.feet = self._nearest_first(self.map.feet)
         self.rims = self.map.rims[self.floor]
@@ -72,13 +78,16 @@ class View:
 
     def _sort_people(self) -> None:
         """Sort people: lost ones, mine, my mates', others; the nearest first [C4]."""
-        place, inside = self.map.places(self.humans), _there(self.humans)
+        place = self.map.places(self.humans)
+        inside = _there(self.humans)
         walking = inside & ~self.map.stairs[place]
-        robots, at_work = self.map.places(self.robots), _there(self.robots)
-        guide = guides(self.map.nav, robots, at_work, place, walking)
+        robots = self.map.places(self.robots)
+        guide = guides(self.map.nav, robots, _there(self.robots), place, walking)
         here = walking & (self.humans[..., 2].round() == self.floor[:, None])
         self.alone = walking & (guide == NOBODY)
-        self.lost, self.mine = here & self.alone, here & (guide == 0)
+        self.lost = here & self.alone
+        self.mine = here & (guide == 0)
+
         groups = [self.lost, self.mine, here, inside]  # at last those out or dead
         group = np.select(groups, range(len(groups)), len(groups))
         way = np.where(here, self._way(place), FAR)
@@ -89,40 +98,54 @@ class View:
         first = self.order[:, :PEOPLE]
         people = np.take_along_axis(self.humans[..., :2], first[..., None], axis=1)
         people[~np.take_along_axis(self.lost, first, axis=1)] = np.nan
-        own, marks = [self.spot, self.me], [self.outs, self.feet, self.rims]
-        parts = [*(point[:, None] for point in own), *marks, people]
-        anchors = np.concatenate(parts, axis=1)
+        anchors = np.concatenate(
+            [
+                self.spot[:, None],  # KEEP
+                self.me[:, None],  # STAY
+                self.outs,
+                self.feet,
+                self.rims,
+                people,
+            ],
+            axis=1,
+        )
         self.anchors: np.ndarray = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
         self.way = self._way_to(anchors)
         self.allowed = ~np.isnan(anchors[..., 0])
         if self.masks:
             self.allowed &= self.helpful()
-        self.allowed[:, STAY] = True
+        self.allowed[:, STAY] = True  # a mixture of nothing has no logarithm
 
     def helpful(self) -> np.ndarray:
         """(B, K) bool: False masks useless anchors.
 
         Useless are ways out while nobody follows, and the old destination once nobody
-        lost is near it. Rims never are: who guards a way out leads nobody.
+        lost is near it. Rims never are: who guards a way out [D6] leads nobody.
         """
         leads = self.mine.any(axis=1)
-        near_lost = _within(ASTRAY, self.spot, self.humans, self.lost)
         helps = np.ones_like(self.allowed)
-        helps[:, STAY + 1 : STAY + 1 + self.outs.shape[1]] = leads[:, None]
+        outs = STAY + 1  # the first way out
+        helps[:, outs : outs + self.outs.shape[1]] = leads[:, None]
+
+        # the old destination
+        near_lost = _within(ASTRAY, self.spot, self.humans, self.lost)
         to_foot = _within(paper.AT_EXIT_METRES, self.spot, self.feet)
+        to_rim = _within(paper.AT_EXIT_METRES, self.spot, self.rims)
         keeps = np.where(self.to_way_out(), leads, to_foot | near_lost)
-        helps[:, KEEP] = keeps | _within(paper.AT_EXIT_METRES, self.spot, self.rims)
+        helps[:, KEEP] = keeps | to_rim
         return helps
 
     def to_way_out(self) -> np.ndarray:
-        """(B,) bool: is the robot headed to one?"""
+        """(B,) bool: is the robot headed to one [C7]?"""
         return _within(paper.AT_EXIT_METRES, self.spot, self.outs)
 
     def numbers(self) -> np.ndarray:
         """(B, V) float32: anchors, people, robots, mates first, fires, counts, time."""
         people = self._points(self.humans, self.alone)
-        mates, floors = self.robots[:, 1:], np.arange(len(self.map.free))
-        time, step = self.seen["time"], self.scenario.decision_seconds
+        mates = self.robots[:, 1:]
+        floors = np.arange(len(self.map.free))
+        time = self.seen["time"]
+        step = self.scenario.decision_seconds
         parts = [
             self.anchors,
             self.allowed,

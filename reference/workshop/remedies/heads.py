@@ -1,8 +1,6 @@
-"""A head beside the paper's: a mixture of Gaussians.
+"""A head beside the paper's: a mixture of Gaussians around anchors [C5] [D2].
 
-Clauses: C5, D2.  `workshop.remedies` says what it stands for.
-
-    H  hidden units;  V  numbers a network reads;  K  anchors;  C  numbers it emits
+H  hidden units;  V  numbers a network reads;  K  anchors;  C  numbers it emits
 """
 
 from math import log, sqrt
@@ -27,6 +25,7 @@ class Mixture(ActionDistribution):
 
     def __init__(self, anchors: Tensor, sigma: float, logits: Tensor):
         """anchors m (..., K, C) and their logits (..., K)."""
+        # One Gaussian an anchor, and the choice of an anchor as the only branch.
         super().__init__(anchors, anchors.new_tensor(log(sigma)), [logits])
         self.choice = self.branches[0]
 
@@ -48,10 +47,13 @@ class Mixture(ActionDistribution):
         C = anchors.shape[-1]
         if noise is not None:
             scores = scores + noise[..., C:]
-        chosen = scores.argmax(dim=-1)[..., None, None].expand(*scores.shape[:-1], 1, C)
-        spot = anchors.gather(-2, chosen)[..., 0, :]
-        sigma = self.gaussian.stddev[..., 0, :]
-        return spot if noise is None else spot + sigma * noise[..., :C]
+        chosen = scores.argmax(dim=-1)[..., None, None]
+        index = chosen.expand(*scores.shape[:-1], 1, C)
+        spot = anchors.gather(-2, index)[..., 0, :]
+        if noise is None:
+            return spot
+        sigma = self.gaussian.stddev[..., 0, :]  # the same around every anchor
+        return spot + sigma * noise[..., :C]
 
 
 class MixtureHead(nn.Module):
@@ -67,7 +69,9 @@ class MixtureHead(nn.Module):
     ):
         """shape: (K, C)."""
         super().__init__()
-        self.shape, self.sigma, self.commitment = shape, spread / UNIT, commitment
+        self.shape = shape
+        self.sigma = spread / UNIT
+        self.commitment = commitment
         self.weights = linear(hidden, shape[0], BRANCH_GAIN / sqrt(hidden))
 
     def forward(self, x: Tensor, vectors: Tensor) -> Mixture:

@@ -1,7 +1,7 @@
 """Settings with remedies, what helps learning beside the paper: codec and head.
 
-Clauses: C5, C7, D2, E3.  The trainers compute what ML-Agents computes; settings
-with remedies give them another `PolicyCodec`, with another head.
+The trainers compute what ML-Agents computes; settings with remedies give them another
+`PolicyCodec`, with another head.
 
     floor    the paper's Gaussian: coordinates of the whole floor
     mixture  Gaussians around anchors: a robot's are those of its own frame, see
@@ -90,6 +90,7 @@ class RobotsFrame(PolicyCodec):
     def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
         super().__init__("robots", building, scenario)
         self.settings = settings
+        # Nobody's observation, of the right size: the map says how many anchors.
         view = self._view(np.zeros((1, self.layout.size)), np.full((1, 2), np.nan))
         self.size: int = view.numbers().shape[1]
         self.anchors: int = view.anchors.shape[1]
@@ -102,9 +103,13 @@ class RobotsFrame(PolicyCodec):
         """As the paper's, but for what a network reads and its head."""
         from reference.workshop.remedies.heads import MixtureHead  # torch
 
-        s, shape = self.settings, (self.anchors, AXES)
-        head = partial(MixtureHead, shape, s.spread, s.commitment)
-        return Sizes(self.size, grid_shape(self.building), AXES, head=head)
+        s = self.settings
+        return Sizes(
+            vector=self.size,
+            grid=grid_shape(self.building),
+            continuous=AXES,
+            head=partial(MixtureHead, (self.anchors, AXES), s.spread, s.commitment),
+        )
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32, what robots see in their frames."""
@@ -129,8 +134,9 @@ class RobotsFrame(PolicyCodec):
         seen: (N, V), what `read` returned.
         """
         K = self.anchors
-        off = np.linalg.norm(seen[:, : 2 * K].reshape(-1, K, 2) - raw[:, None], axis=-1)
+        anchors = seen[:, : 2 * K].reshape(-1, K, 2)
         allowed = seen[:, 2 * K : 3 * K] > 0
+        off = np.linalg.norm(anchors - raw[:, None], axis=-1)
         return UNIT * np.where(allowed, off, np.inf).min(axis=1)
 
 
@@ -139,9 +145,11 @@ class MixtureOfFire(PolicyCodec):
 
     def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
         super().__init__("fire", building, scenario)
-        self.settings, nav = settings, navigation_of(building)
+        self.settings = settings
+        nav = navigation_of(building)
         marks = range(len(building.landmarks))
-        if not len(places := np.array(places_beside(building, marks))):
+        places = np.array(places_beside(building, marks))
+        if not len(places):
             raise InputError("nothing can burn there. Draw more, or take --fire none.")
         storeys = places // (nav.places // building.floors)
         self.anchors = np.column_stack([storeys, nav.centres[places] / UNIT])
@@ -152,9 +160,13 @@ class MixtureOfFire(PolicyCodec):
         from reference.workshop.remedies.heads import MixtureHead  # torch
 
         K, C = self.anchors.shape
-        head = partial(MixtureHead, (K, C), self.settings.spread, 0.0)
-        shape = self.layout.size + (C + 1) * K, grid_shape(self.building)
-        return Sizes(*shape, C, head=head)
+        return Sizes(
+            vector=self.layout.size + (C + 1) * K,
+            grid=grid_shape(self.building),
+            continuous=C,
+            # no commitment: a fire is headed nowhere
+            head=partial(MixtureHead, (K, C), self.settings.spread, 0.0),
+        )
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32: anchors, which may be chosen, and what the paper's reads."""
@@ -162,6 +174,7 @@ class MixtureOfFire(PolicyCodec):
         off = self.anchors[:, None, 1:] * UNIT - sources[..., :2]
         near = np.hypot(off[..., 0], off[..., 1]) < LIT
         lit = (near & (sources[..., 2] == self.anchors[:, None, 0])).any(axis=-1)
+        # Where all are lit, all may be chosen: a mixture needs one.
         allowed = ~lit | lit.all(axis=-1, keepdims=True)
         anchors = np.tile(self.anchors.ravel(), (len(vectors), 1))
         parts = [anchors, allowed, super().read(vectors, headed)]

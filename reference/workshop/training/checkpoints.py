@@ -1,8 +1,8 @@
 """Checkpoints: a whole training in one file, written whole or not at all.
 
-Clauses: E3, E6.  A file holds tensors and plain data alone, and loading it never
-executes code.  It records its building, scenario, game and version, and is refused
-where it does not belong.
+A file holds tensors and plain data alone, and loading it never executes code.  It
+records its building, scenario, game and version, and is refused where it does not
+belong.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -53,7 +53,7 @@ def must_fit(path: object, what: str) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Task:
-    """What defines a training; it stays the same until the training is over.
+    """What defines a training [E6]; it stays the same until the training is over.
 
     building  as it was asked for;  plan  the text of its floor file
     fixed     who play a side that does not learn, in turn: named strategies or networks
@@ -103,12 +103,17 @@ def names_of(players: Iterable[Learned | str]) -> str:
 
 def keep(checkpoint: Checkpoint, folder: Path, rounds: Iterable[int] = ()) -> Path:
     """Write a checkpoint; delete the folder's others but for these rounds'."""
-    numbers = checkpoint.round, *rounds
-    path, *kept = (folder / f"checkpoint-{number:06}.pt" for number in numbers)
+    path = _file_of(checkpoint.round, folder)
     save(checkpoint, path)
-    for old in {*folder.glob(PATTERN)} - {path, *kept}:
+    # Only now: a disk that is full must not cost the checkpoint before.
+    stay = {path, *(_file_of(number, folder) for number in rounds)}
+    for old in set(folder.glob(PATTERN)) - stay:
         old.unlink(missing_ok=True)
     return path
+
+
+def _file_of(number: int, folder: Path) -> Path:
+    return folder / f"checkpoint-{number:06}.pt"
 
 
 def newest(folder: Path) -> Path | None:
@@ -136,11 +141,15 @@ def load(path: str | Path) -> Checkpoint:
     """
     path = SHIPPED if path == LEARNED else Path(path)
     if path.is_dir():
-        if (latest := newest(path)) is None:
+        latest = newest(path)
+        if latest is None:
             raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
         path = latest
     content = _content(path)
-    made, game, version = (content.get(name) for name in ("format", "game", "version"))
+    # Before anything else is read: what follows may mean something else there.
+    made = content.get("format")
+    game = content.get("game")
+    version = content.get("version")
     if (made, game) != (FORMAT, reference.GAME):
         raise CheckpointError(
             f"{path}: is of game {game!s:.9} and format {made!s:.9}, written by "
@@ -161,8 +170,10 @@ def _content(path: Path) -> dict[str, Any]:
             raise BadZipFile
         file.seek(0)
         content = torch.load(file, map_location="cpu", weights_only=True)
+        # A tensor of stride 0 claims gigabytes in a file of a few bytes.
         claimed = sum(t.numel() * t.element_size() for t in _leaves(content, Tensor))
-        if claimed > sum(part.file_size for part in archive.infolist()):
+        there = sum(part.file_size for part in archive.infolist())
+        if claimed > there:
             raise ValueError("tensors larger than the file")
         if content["kind"] != KIND:
             raise ValueError("of another program")
@@ -185,40 +196,55 @@ def _alike(plain: Any) -> Any:
 
 def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     """Make a checkpoint of plain data. Raises SettingsError, KeyError, ..."""
+    # Players are records of their own, which `record_from` cannot tell from names.
     task = mapping(content["task"], "task")
-    fixed, initial = task.pop("fixed").items(), task.pop("initial").items()
+    fixed = task.pop("fixed")
+    initial = task.pop("initial")
     sides: Any = {
-        "fixed": {side: tuple(map(_player, who)) for side, who in fixed},
-        "initial": {side: _player(who) for side, who in initial},
+        "fixed": {side: tuple(map(_player, who)) for side, who in fixed.items()},
+        "initial": {side: _player(who) for side, who in initial.items()},
     }
     rows = {f.name: content[f.name] for f in fields(Checkpoint)}
     rows["task"] = replace(record_from(Task, task, "task"), **sides)
     checkpoint = record_from(Checkpoint, rows, "checkpoint")
     parse(checkpoint.task.plan, "its plan")
+    _refuse_numbers(checkpoint)
+    return checkpoint
+
+
+def _refuse_numbers(checkpoint: Checkpoint) -> None:
+    """Raise ValueError for weights of another type, not finite, or counts below 0.
+
+    torch would load them, and a training go on with them.
+    """
     learners = checkpoint.learners.values()
-    states = [{name: state[name] for name in NETWORKS} for state in learners]
     players = [checkpoint.player(side) for side in SIDES]
     everybody = [players, checkpoint.task.fixed, checkpoint.task.initial]
     networks = [who.weights for who in _leaves(everybody, Learned)]
     for state in learners:
         networks += [state["critic"], *state["versions"].values()]
-    for name, weight in (pair for weights in networks for pair in weights.items()):
-        if weight.dtype != (torch.float64 if NORMALISER in name else torch.float32):
-            raise ValueError(f"weights of another type, {weight.dtype}")
+    for weights in networks:
+        for name, weight in weights.items():
+            bits = torch.float64 if NORMALISER in name else torch.float32
+            if weight.dtype != bits:
+                raise ValueError(f"weights of another type, {weight.dtype}")
+    states = [{name: state[name] for name in NETWORKS} for state in learners]
     for leaf in _leaves([states, networks], Tensor | float):
         if not torch.as_tensor(leaf).isfinite().all():
             raise ValueError("weights that are no finite numbers")
-    if min([checkpoint.round, *(state["steps"] for state in learners)]) < 0:
+    counts = [checkpoint.round, *(state["steps"] for state in learners)]
+    if min(counts) < 0:
         raise ValueError("counts below 0")
-    return checkpoint
 
 
 def _leaves(plain: Any, kind: Any) -> Iterator[Any]:
     """Find all of a kind in plain data, however deep."""
     if isinstance(plain, kind):
         yield plain
-    elif isinstance(plain, Mapping | list | tuple):
-        for part in plain.values() if isinstance(plain, Mapping) else plain:
+    elif isinstance(plain, Mapping):
+        yield from _leaves([*plain.values()], kind)
+    elif isinstance(plain, list | tuple):
+        for part in plain:
             yield from _leaves(part, kind)
 
 
@@ -235,10 +261,10 @@ NORMALISER = ".normaliser."  # in the names of its weights, of 64 bits
 
 def state_of(learner: Learner) -> dict[str, Any]:
     """Collect all that a learner needs to resume, as plain data and its own tensors."""
-    parts = learner.buffer
+    buffer = [p.columns() | {"grids": _packed(p.grids)} for p in learner.buffer]
     return {
         **{name: getattr(learner, name).state_dict() for name in NETWORKS},
-        "buffer": [part.columns() | {"grids": _packed(part.grids)} for part in parts],
+        "buffer": buffer,
         "rng": learner.rng.get_state(),
         "steps": learner.steps,
     }
@@ -258,7 +284,7 @@ def restore(learner: Learner, state: dict[str, Any]) -> None:
 
 
 def _packed(grids: Tensor) -> dict[str, Any]:
-    """Pack cells of 0 and 1 into bits."""
+    """Pack cells of 0 and 1 into bits: grids are most of a file."""
     bits = np.packbits(grids.numpy().reshape(len(grids), -1), axis=1)
     return {"bits": torch.from_numpy(bits), "shape": list(grids.shape)}
 

@@ -1,6 +1,6 @@
 """Signal and noise of an update: is it worth going on?
 
-Clauses: E3.  Both figures are measured on the buffer, just before an update.
+Both figures are measured on the buffer, just before an update.
 
     N  episodes;  g  an episode's part of the policy's gradient;  Σ  its covariance
 """
@@ -35,18 +35,35 @@ def _signal_to_noise(learner: Learner, buffer: Decisions) -> Tensor:
     """
     live = buffer.alive
     buffer.advantages[live] = normalised(buffer.advantages[live])
-    weights, N = list(learner.actor.parameters()), len(learner.buffer)
-    sums, squares = [torch.zeros_like(w) for w in weights], torch.zeros(())
+    N = len(learner.buffer)
+    if N < 2:
+        return torch.full((), torch.nan)  # one episode tells no variance
+
+    # sums over episodes: of g, for each weight, and of |g|²
+    weights = list(learner.actor.parameters())
+    sums = [torch.zeros_like(weight) for weight in weights]
+    squares = torch.zeros(())
     rows = torch.arange(len(buffer)).split([len(part) for part in learner.buffer])
-    for episode in map(buffer.rows, rows):
-        if (there := episode.alive).any():
-            policy = learner.actor(episode.vectors, episode.grids)
-            log_probs = policy.log_probs(episode.actions)[there]
-            old, A = episode.log_probs[there], episode.advantages[there]
-            loss = policy_loss(log_probs, old, A, learner.settings.epsilon) * len(A)
-            for total, g in zip(sums, torch.autograd.grad(loss, weights), strict=True):
-                total += g
-                squares += g.square().sum()
+    for which in rows:
+        episode = buffer.rows(which)
+        if not episode.alive.any():
+            continue
+        loss = _summed_loss(learner, episode)
+        gradient = torch.autograd.grad(loss, weights)
+        for total, g in zip(sums, gradient, strict=True):
+            total += g
+            squares += g.square().sum()
+
     whole = torch.stack([total.square().sum() for total in sums]).sum()  # N² |mean g|²
-    S = (squares - whole / N) / (N - 1) if N > 1 else torch.full((), torch.nan)
+    S = (squares - whole / N) / (N - 1)
     return whole / N / S - 1
+
+
+def _summed_loss(learner: Learner, episode: Decisions) -> Tensor:
+    """Sum the policy's loss over an episode, so that episodes' gradients add up."""
+    live = episode.alive
+    policy = learner.actor(episode.vectors, episode.grids)
+    log_probs = policy.log_probs(episode.actions)[live]
+    A = episode.advantages[live]
+    old = episode.log_probs[live]
+    return policy_loss(log_probs, old, A, learner.settings.epsilon) * len(A)

@@ -1,9 +1,9 @@
 """Imitation: robots that first copy a hand-written strategy, as an option [E1, chosen].
 
-Clauses: C5, C7, E1.  It is never the default, since the paper has nothing like it.  The
-actor is fitted to what the strategy would have decided: at first where the strategy
-itself leads, then, round after round, where the copy leads (DAgger, Ross et al. 2011).
-Then the critic learns alone for some rounds, and then both learn as always.
+It is never the default, since the paper has nothing like it.  The actor is fitted to
+what the strategy would have decided: at first where the strategy itself leads, then,
+round after round, where the copy leads (DAgger, Ross et al. 2011).  Then the critic
+learns alone for some rounds, and then both learn as always.
 
     G, S  as in `players`
 """
@@ -16,7 +16,7 @@ import numpy as np
 import torch
 
 from reference.building import Building
-from reference.game.codec import Moment
+from reference.game.codec import RAW_LIMIT, Moment
 from reference.game.observations import grid, headed, to_normalised
 from reference.learning.experience import Decisions, Record, Trajectory, decisions_of
 from reference.learning.players import Learned, Player
@@ -34,7 +34,7 @@ CLONING_BATCH = 64  # [C7, chosen] group decisions of its minibatches
 
 @dataclass(frozen=True)
 class Demonstration(Learned):
-    """What a hand-written strategy decides is recorded as the learner's decisions.
+    """Robots whose recorded decisions are those of a hand-written strategy [C5].
 
     settings, weights  of the learner, who plays; without weights the teacher does
     teacher  the strategy's name
@@ -53,7 +53,8 @@ class _Teacher(Player):
 
     def __init__(self, name: str, pupil: Player | None, *learner: Any):
         super().__init__(*learner)
-        self.name, self.pupil = name, pupil
+        self.name = name
+        self.pupil = pupil
         self.guides: dict[int, tuple[RobotStrategy, np.random.Generator]] = {}
 
     def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:
@@ -63,21 +64,28 @@ class _Teacher(Player):
         The actions are the pupil's, if there is one.
         """
         wanted = [self._decided(moment) for moment in moments]
-        done = self.pupil.act(moments)[0] if self.pupil else np.stack(wanted)
-        return done, list(map(self._recorded, moments, wanted))
+        records = [self._recorded(m, w) for m, w in zip(moments, wanted, strict=True)]
+        if self.pupil is None:
+            return np.stack(wanted), records
+        done, _ = self.pupil.act(moments)
+        return done, records
 
     def _decided(self, moment: Moment) -> np.ndarray:
         """(G, 2) the teacher's actions; nan where it keeps the old destination."""
-        world, seed, building = moment.world, moment.seed, self.codec.building
-        if seed not in self.guides:
-            self.guides[seed] = ROBOTS[self.name](), np.random.default_rng(seed)
-        strategy, rng = self.guides[seed]
+        world = moment.world
+        # Strategies remember, so each episode has one of its own.
+        if moment.seed not in self.guides:
+            rng = np.random.default_rng(moment.seed)
+            self.guides[moment.seed] = ROBOTS[self.name](), rng
+        strategy, rng = self.guides[moment.seed]
+        building = self.codec.building
         actions = np.full((len(world.robots), 2), np.nan, dtype=np.float32)
         active = [k for k, robot in enumerate(world.robots) if robot.active]
         decided = strategy.decide(world, [world.robots[k] for k in active], rng)
         for k, destination in zip(active, decided, strict=True):
             if destination is not None:
-                target = actual_target(building, world.robots[k].floor, *destination)
+                floor = world.robots[k].floor
+                target = actual_target(building, floor, *destination)
                 actions[k] = to_normalised(building, np.array(target)).clip(-1, 1)
         return actions
 
@@ -88,20 +96,22 @@ class _Teacher(Player):
         if it has none. What the head cannot express is left out, `alive` False: for a
         mixture what is near no anchor, for a Gaussian to keep a destination.
         """
-        kept, (seen,) = np.isnan(wanted).any(axis=1), self.read([moment])
+        (seen,) = self.read([moment])
+        kept = np.isnan(wanted).any(axis=1)
         aims = np.where(kept[:, None], headed(moment.world), wanted)
-        actions = np.nan_to_num(self.codec.raw(aims, moment.vectors))
         taught = moment.alive.copy()
         if isinstance(self.codec, RobotsFrame):
+            actions = np.nan_to_num(self.codec.raw(aims, moment.vectors))
             taught &= self.codec.off_anchors(actions, seen) <= GROUP_RADIUS
         else:
+            actions = np.nan_to_num(aims * RAW_LIMIT)
             taught &= ~kept
         return {
             "vectors": seen,
             "grids": grid(moment.world),
             "alive": taught,
             "actions": actions.astype(np.float32),
-            "log_probs": np.zeros_like(actions),
+            "log_probs": np.zeros_like(actions),  # `clone` does not read them
         }
 
 
@@ -114,8 +124,10 @@ def clone(
     see the demonstrations first.
     """
     learner.update_normalisers(demonstrations)
+    # Decisions that nobody could be taught would make batches of nothing.
     everything = Decisions.joined([decisions_of(t) for t in demonstrations])
     taught = everything.rows(everything.alive.any(dim=1).nonzero()[:, 0])
+    # An optimiser of its own: the learner's has moments of another loss.
     optimiser = torch.optim.Adam(learner.actor.parameters(), CLONING_RATE)
     losses = []
     for _ in range(epochs):

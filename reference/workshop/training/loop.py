@@ -1,7 +1,7 @@
 """The adversarial loop with files: PLAY, LEARN, TELL, KEEP, round after round.
 
-Clauses: E1, E2, E6.  A round's episodes are pure jobs, so that neither the number of
-workers nor an interruption between two rounds changes the result; torch's threads do.
+A round's episodes are pure jobs, so that neither the number of workers nor an
+interruption between two rounds changes the result [E6]; torch's threads do.
 """
 
 import sys
@@ -36,7 +36,7 @@ def train(
     executor: Executor,
     stop: Callable[[], bool] = lambda: False,
 ) -> Path:
-    """Train until every side is past its max_steps, or until told to stop.
+    """Train until the round after which every side has reached its max_steps, or stop.
 
     The folder gets checkpoints, the first before anything else, and summaries.csv.
     Returns the last checkpoint's path. Raises OSError where nothing can be written. A
@@ -60,11 +60,13 @@ def train(
                     table.append(rows)
                     _show(bar, training, rows)
                     # KEEP
-                    before, over = over, _intervals(training)
-                    if due := [side for side in over if over[side] != before[side]]:
+                    before = over
+                    over = _intervals(training)
+                    due = [side for side in over if over[side] != before[side]]
+                    if due:
                         _save(training, folder, due)
     except KeyboardInterrupt:
-        _save(training, folder, ())
+        _save(training, folder, ())  # a temporary one, to resume from
         raise
     return _save(training, folder, training.learners if training.over else ())
 
@@ -83,6 +85,7 @@ def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:
     """
     for side in due:
         most = training.learners[side].settings.keep_checkpoints
+        # Without repeats: at the end the last round may be kept already.
         rounds = dict.fromkeys([*training.kept[side], training.round])
         training.kept[side] = tuple(rounds)[-most:]
     return keep(training.checkpoint(), folder, chain(*training.kept.values()))
@@ -90,9 +93,11 @@ def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:
 
 def _intervals(training: Training) -> dict[Side, int]:
     """How many checkpoint_intervals of each side are over; imitation is one more."""
-    both = training.learners.items()
-    over = {side: who.steps // who.settings.checkpoint_interval for side, who in both}
-    return {side: number + int(training.imitated) for side, number in over.items()}
+    over = {}
+    for side, learner in training.learners.items():
+        intervals = learner.steps // learner.settings.checkpoint_interval
+        over[side] = intervals + int(training.imitated)
+    return over
 
 
 def _bar(training: Training) -> "tqdm[NoReturn]":
@@ -112,10 +117,10 @@ def _show(bar: "tqdm[NoReturn]", training: Training, rows: Sequence[Row]) -> Non
     if not bar.disable:
         return
     for row in rows:
-        told = f"{row['side']}: {row['phase']}, step {row['step']:,}"
+        line = f"{row['side']}: {row['phase']}, step {row['step']:,}"
         if OWN_REWARD in row:
-            told += f", reward {row[OWN_REWARD]:,.0f}, survival {row[SURVIVAL]:.0%}"
+            line += f", reward {row[OWN_REWARD]:,.0f}, survival {row[SURVIVAL]:.0%}"
         if SIGNAL in row and EXPLAINED in row:
-            told += f", signal / noise {row[SIGNAL]:.2f}"
-            told += f", the critic explains {row[EXPLAINED]:.0%}"
-        print(told, file=sys.stderr)
+            line += f", signal / noise {row[SIGNAL]:.2f}"
+            line += f", the critic explains {row[EXPLAINED]:.0%}"
+        print(line, file=sys.stderr)

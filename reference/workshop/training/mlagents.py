@@ -1,6 +1,6 @@
 """Trainer files of ML-Agents: find the rows of Tables I and II in their sections.
 
-Clauses: E3 (ML-Agents 0.29.0), E1, E2 (its keys are the rows of Tables I and II).
+Its keys are the rows of the tables [E1] [E2].
 
     behaviors:
       Robot:                  one table: its rows lie in the sections that `Row` names
@@ -66,9 +66,10 @@ def read_yaml(path: Path, base: Settings) -> Settings:
     text = read_text(path)
     try:
         top = mapping(_parsed(text), "the file")
-        for key in {k for k, value in top.items() if value is not None} - {*TOP}:
-            lost = f"unknown, or not built here: {key}. Leave it out."
-            raise SettingsError(lost + did_you_mean(key, TOP))
+        for key, value in top.items():
+            if value is not None and key not in TOP:
+                lost = f"unknown, or not built here: {key}. Leave it out."
+                raise SettingsError(lost + did_you_mean(key, TOP))
         behaviours = mapping(top.get("behaviors"), "behaviors")
         names = _sides(behaviours)
         parts = {"default_settings": top.get("default_settings"), **behaviours}
@@ -88,6 +89,7 @@ def _parsed(text: str) -> Any:
     except ImportError:
         raise SettingsError("a YAML file needs PyYAML: pip install PyYAML") from None
     try:
+        # Aliases of aliases make a gigabyte of a few lines.
         if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
             raise ValueError("write out what *aliases stand for")
         return yaml.safe_load(text)
@@ -102,7 +104,9 @@ def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
     clear = not behaviours
     for name, rows in behaviours.items():
         poca = isinstance(rows, Mapping) and rows.get("trainer_type") == "poca"
-        fire, robot = "fire" in name.lower(), "robot" in name.lower()
+        fire = "fire" in name.lower()
+        robot = "robot" in name.lower()
+        # FireRobots, or neither word: a group can only be the robots.
         robots = robot if fire != robot else poca
         of_sides["robots" if robots else "fire"].append(name)
         clear |= poca or fire or robot
@@ -127,7 +131,7 @@ def _stated(
         own = mapping(ours.pop(name, ours.get(side)), f"reference: {name}")
         own = {row: _number(value) for row, value in own.items()}
         rows = parts["default_settings"]
-        if side in names:
+        if side in names:  # written for ML-Agents, which has that head alone
             rows = rows | {"head": "floor"} | parts[names[side]]
         if "learning_rate_schedule" in rows:  # as ML-Agents documents
             both = ("beta_schedule", "epsilon_schedule")
@@ -144,10 +148,12 @@ def _rows(parts: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     rows: dict[str, dict[str, Any]] = {}
     lost = set[tuple[str, str]]()
     for part, sections in parts.items():
-        flat = _flat(mapping(sections, part))
-        rows[part] = {PLACES[at]: _number(flat[at]) for at in flat if at in PLACES}
-        for at in flat.keys() - PLACES.keys():
-            if flat[at] not in PASS.get(at, ()) and not at.startswith(NO_EFFECT):
+        rows[part] = {}
+        for at, value in _flat(mapping(sections, part)).items():
+            passes = value in PASS.get(at, ()) or at.startswith(NO_EFFECT)
+            if at in PLACES:
+                rows[part][PLACES[at]] = _number(value)
+            elif not passes:
                 lost.add((part, _section(at)))
     if lost:
         hint = did_you_mean(min(lost)[1], PLACES) if len(lost) == 1 else ""

@@ -1,7 +1,7 @@
 """Learned policies as strategies: a checkpoint can replace a strategy's name.
 
-Clauses: C5, C7, D2.  It decides as the hand-written ones do; the network's
-output, normalised coordinates in [−1, 1], is turned into metres.
+It decides as the hand-written ones do; the network's output, normalised coordinates in
+[−1, 1], is turned into metres.
 """
 
 from pathlib import Path
@@ -40,16 +40,21 @@ class LearnedPolicy(Trained):
         side was not learned; OSError for a file that cannot be read.
         """
         checkpoint = source if isinstance(source, Checkpoint) else load(source)
-        self.task, who = checkpoint.task, checkpoint.player(self.side)
-        self.name, self.building = self.task.building, building_of(self.task.plan)
+        self.task = checkpoint.task
+        self.name = self.task.building
+        self.building = building_of(self.task.plan)
         self.scenario = self.task.settings.scenario
+
+        who = checkpoint.player(self.side)
         name = "the checkpoint" if source is checkpoint else source
         if not isinstance(who, Learned):
             raise CheckpointError(
                 f"{name}: nobody learned for the {self.side} there. Write "
                 f"--{self.side} {who}, or name another checkpoint."
             )
-        self.learned, self.sample = who, sample
+        self.learned = who
+        self.sample = sample
+        # Damaged files are refused here, not in the middle of an evaluation.
         with must_fit(name, "its network does not fit its settings"):
             self.player = who.player(self.side, self.building, self.scenario)
 
@@ -58,8 +63,8 @@ class LearnedPolicy(Trained):
     ) -> np.ndarray:
         """(G, A) actions in [−1, 1] for (G, V) observations."""
         alive = np.ones(len(vectors), dtype=bool)
-        with one_thread():
-            moment = Moment(vectors, alive, world, rng if self.sample else None)
+        moment = Moment(vectors, alive, world, rng if self.sample else None)
+        with one_thread():  # as when it was trained: sums in one order
             emitted, _ = self.player.act([moment])
         return np.asarray(emitted[0])
 

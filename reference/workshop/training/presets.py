@@ -1,7 +1,6 @@
 """Settings of a whole training: both sides, a scenario, and three presets.
 
-Clauses: D6 (rule of training), E1, E2 (Tables I and II), E3, E6 (both learn).  The
-tables' numbers stand in `paper`; those of the smaller presets in presets.toml.
+The tables' numbers stand in `paper`; those of the smaller presets in presets.toml.
 """
 
 import tomllib
@@ -27,9 +26,13 @@ PRESETS = ("tiny", "laptop", "paper")
 OF_ROBOTS = ("commitment", "masks")  # rows that the fire cannot have
 
 
+# Limits of rows belong to the form people fill in, not to the model: they catch slips
+# of the keyboard. So `paper.MOST` is read here once, when the form is made.
+
+
 @dataclass(frozen=True)
 class Settings:
-    """Settings of a whole training: both sides, the scenario and rounds.
+    """Settings of a whole training: both sides, the scenario and rounds [E6].
 
     episodes_per_job     episodes one worker plays in lockstep, network calls batched
     jobs_per_round       rollouts between two updates; it does not depend on the number
@@ -68,6 +71,7 @@ class Settings:
         check_rows(self)
         if self.fire.trainer_type != "ppo":
             raise SettingsError("fire: trainer_type must be ppo: one fire is no group")
+        # Refused rather than ignored: somebody would wait for an effect.
         for row in OF_ROBOTS:
             if getattr(self.fire, row):
                 raise SettingsError(f"fire: {row} is about robots only")
@@ -90,7 +94,8 @@ def changed(base: Settings, rows: Any, where: str) -> Settings:
             f"{where}: leave preset out: --preset or an experiment's top names it"
         )
     for name in rows.keys() & {"robots", "fire", "scenario"}:
-        part, there = getattr(base, name), f"{where}: {name}"
+        part = getattr(base, name)
+        there = f"{where}: {name}"
         merged = vars(part) | mapping(rows[name], there)
         rows[name] = record_from(type(part), merged, there)
     return record_from(Settings, vars(base) | rows, where)

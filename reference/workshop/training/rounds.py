@@ -1,7 +1,7 @@
 """A training: who learns, whose turn it is, and a round's jobs.
 
-Clauses: C1, D1, D6, E1, E2, E3, E6.  Robots and fire play the same episodes and learn
-from them, both at once, or one of them against somebody who does not learn.
+Robots and fire play the same episodes and learn from them [E6], both at once, or one of
+them against somebody who does not learn.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ import numpy as np
 
 from reference.building import building_of
 from reference.fire import NoFire
-from reference.learning.adversarial import learner_for, player_of
+from reference.learning.adversarial import learner_for, player_of, trajectories_of
 from reference.learning.experience import Trajectory
 from reference.learning.players import Learned
 from reference.learning.ppo import Learner
@@ -35,7 +35,11 @@ from reference.workshop.training.gradient import figures
 from reference.workshop.training.imitation import Demonstration, clone
 from reference.workshop.training.summaries import PRETRAINING, Row, Summary
 
-OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
+# What seeds are for: those of one purpose never meet another's.
+OF_LEARNERS = 0
+ROUNDS = 1
+DEMONSTRATIONS = 2
+
 OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "spread")
 """Rows of settings on which the meaning of a network's weights depends."""
 
@@ -71,11 +75,13 @@ class Training:
         Raises SettingsError if there is nothing to learn, or if a network to begin with
         means something else, and ValueError for more people than fit into the building.
         """
-        self.task, self.settings = task, task.settings
-        building, scenario = building_of(task.plan), task.settings.scenario
+        self.task = task
+        self.settings = task.settings
+        building = building_of(task.plan)
+        scenario = task.settings.scenario
         if not sum(scenario.start_counts(building.floors)):
             raise SettingsError("there is nobody to evacuate: raise people")
-        Simulation(building, scenario)
+        Simulation(building, scenario)  # refuses here what would fail in a worker
         self.learners = {s: _learner(task, s) for s in SIDES if s not in task.fixed}
         self.summaries = {side: Summary(0, {}, {}) for side in self.learners}
         self.round = self.episodes = 0
@@ -90,19 +96,22 @@ class Training:
     @property
     def left(self) -> int:
         """How many decisions the learners have to go."""
-        both = self.learners.values()
-        return sum(max(0, who.settings.max_steps - who.steps) for who in both)
+        learners = self.learners.values()
+        return sum(max(0, who.settings.max_steps - who.steps) for who in learners)
 
     @property
     def over(self) -> bool:
-        """Whether every side that learns is past its max_steps."""
+        """Whether every side that learns has reached its max_steps."""
         return not self.left
 
     def learning(self) -> list[Side]:
-        """The sides that learn in this round: those not past their max_steps."""
-        both = self.learners.items()
-        left = [side for side, who in both if who.steps < who.settings.max_steps]
-        return [side for side in left if side == "robots" or not self.calm]
+        """The sides that learn in this round: those below their max_steps."""
+        sides: list[Side] = []
+        for side, learner in self.learners.items():
+            waits = side == "fire" and self.calm
+            if learner.steps < learner.settings.max_steps and not waits:
+                sides.append(side)
+        return sides
 
     @property
     def calm(self) -> bool:
@@ -110,8 +119,10 @@ class Training:
 
         To beginners fires are noise: what they lose to them hides what they do.
         """
-        robots, share = self.learners.get("robots"), self.settings.calm
-        return robots is not None and robots.steps < share * robots.settings.max_steps
+        robots = self.learners.get("robots")
+        if robots is None:
+            return False
+        return robots.steps < self.settings.calm * robots.settings.max_steps
 
     # -- A round --------------------------------------------------------------------
 
@@ -122,20 +133,31 @@ class Training:
         an occupied place is moved, as in evaluation [D6, chosen]: one that the teacher
         guards against would else try the same place for ever.
         """
-        s, task = self.settings, self.task
-        now: dict[Side, Any] = {s: player_of(who) for s, who in self.learners.items()}
-        which = ROUNDS, self.round, s.jobs_per_round * s.episodes_per_job
-        scenario = replace(s.scenario, training=self.imitated)
-        if not self.imitated:
-            which = DEMONSTRATIONS, len(self.shown), s.imitation_episodes
-            weights = now["robots"].weights if self.shown else {}
-            now["robots"] = Demonstration(s.robots, weights, str(task.imitate))
-        seeds = seeds_of(task.seed, *which)
-        jobs, first = [], self.round * s.jobs_per_round
-        for number, chunk in enumerate(chunks(seeds, s.episodes_per_job), first):
-            who: Any = now | self._others(number)
-            record = tuple(side for side in now if who[side] is now[side])
-            jobs.append(Job(task.plan, scenario, **who, seeds=chunk, record=record))
+        settings = self.settings
+        task = self.task
+        scenario = replace(settings.scenario, training=self.imitated)
+        players: dict[Side, Any] = {}
+        for side, learner in self.learners.items():
+            players[side] = player_of(learner)
+
+        if self.imitated:
+            episodes = settings.jobs_per_round * settings.episodes_per_job
+            seeds = seeds_of(task.seed, ROUNDS, self.round, episodes)
+        else:
+            asked = len(self.shown)
+            episodes = settings.imitation_episodes
+            seeds = seeds_of(task.seed, DEMONSTRATIONS, asked, episodes)
+            weights = players["robots"].weights if asked else {}
+            teacher = str(task.imitate)
+            players["robots"] = Demonstration(settings.robots, weights, teacher)
+
+        jobs = []
+        first = self.round * settings.jobs_per_round
+        for number, chunk in enumerate(chunks(seeds, settings.episodes_per_job), first):
+            others = self._others(number)
+            sides: Any = players | others
+            record = tuple(side for side in players if side not in others)
+            jobs.append(Job(task.plan, scenario, **sides, seeds=chunk, record=record))
         return jobs
 
     def _others(self, job: int) -> dict[Side, Any]:
@@ -145,16 +167,20 @@ class Training:
         that learns in a share of all jobs, evenly spread: from a strong adversary alone
         they would learn nothing.
         """
-        fixed, share = self.task.fixed.items(), self.settings.random_fires
-        others = {side: _player(side, who[job % len(who)]) for side, who in fixed}
+        others: dict[Side, Any] = {}
+        for side, who in self.task.fixed.items():
+            others[side] = _player(side, who[job % len(who)])
         if self.imitated and self.calm:
             return others | {"fire": NoFire()}
         if "fire" in others or "robots" not in self.learning():
             return others
+        share = self.settings.random_fires
+        before = int(job * share)  # jobs with stand-ins, of those before this one
         if _due(job, share):
             names = self.settings.stand_ins
-            return {"fire": FIRES[names[int(job * share) % len(names)]]()}
-        return self._earlier(job - int(job * share))
+            name = names[before % len(names)]
+            return {"fire": FIRES[name]()}
+        return self._earlier(job - before)
 
     def _earlier(self, job: int) -> dict[Side, Any]:
         """Let a side play as it was earlier, in the league's share of jobs.
@@ -166,7 +192,8 @@ class Training:
             return {}
         turn = int(job * self.settings.league)
         side = SIDES[turn % 2] if "fire" in self.learning() else "fire"
-        past = [w for r, w in self.versions[side].items() if r < self.round]
+        versions = self.versions[side]
+        past = [weights for number, weights in versions.items() if number < self.round]
         if not past:
             return {}
         weights = past[turn // 2 % len(past)]
@@ -178,9 +205,14 @@ class Training:
         while self.round // spacing > 2 * EARLIER:
             spacing *= 2
         for side, learner in self.learners.items():
+            # Copies: the actor's own tensors change at the next update.
             now = {n: t.clone() for n, t in learner.actor.state_dict().items()}
             versions = self.versions[side] | {self.round: now}
-            self.versions[side] = {r: w for r, w in versions.items() if not r % spacing}
+            self.versions[side] = {
+                number: weights
+                for number, weights in versions.items()
+                if number % spacing == 0
+            }
 
     def learn(self, episodes: Sequence[Episode]) -> list[Row]:
         """Update the learners whose turn it is; return the summary rows due.
@@ -189,26 +221,31 @@ class Training:
         """
         if not self.imitated:
             return self._imitate(episodes)
-        learning, facts = self.learning(), [episode.facts for episode in episodes]
+        learning = self.learning()
+        facts = [episode.facts for episode in episodes]
         self.episodes += len(episodes)
         self.latest = {name: mean(f[name] for f in facts) for name in facts[0]}
         phase = "together" if len(learning) > 1 else learning[0]
         when = {"round": self.round + 1, "episodes": self.episodes, "phase": phase}
+
         rows: list[Row] = []
         for side in learning:
-            learner, summary = self.learners[side], self.summaries[side]
-            played = [e.facts for e in episodes if getattr(e, side) is not None]
-            learner.add([t for e in episodes if (t := getattr(e, side)) is not None])
+            learner = self.learners[side]
+            learner.add(trajectories_of(side, episodes))
             update = self._update(side) if learner.full else {}
             if not learner.steps:
                 raise SettingsError(
                     f"{side}: nothing to decide in a whole round. Give the scenario "
                     "more time, people, robots or sources."
                 )
+            # Its own episodes' means, without those in which somebody stood in.
+            played = [e.facts for e in episodes if getattr(e, side) is not None]
+            summary = self.summaries[side]
             summary.add(side, played or facts, update)
             means = summary.row(learner.steps, learner.settings.summary_freq)
             if means is not None:
                 rows.append({"side": side, "step": learner.steps, **when, **means})
+
         self.round += 1
         if self.settings.league:
             self._remember()
@@ -220,9 +257,10 @@ class Training:
         [E1, chosen] A policy that was copied, or that learned elsewhere, stays as it is
         for `critic_rounds`; only its critic learns then.
         """
-        learner, task = self.learners[side], self.task
-        measured = figures(learner)
-        given = side in task.initial or (side == "robots" and task.imitate is not None)
+        learner = self.learners[side]
+        measured = figures(learner)  # before the update, which empties the buffer
+        copied = side == "robots" and self.task.imitate is not None
+        given = copied or side in self.task.initial
         alone = given and self.round < self.settings.critic_rounds
         learner.actor.requires_grad_(not alone)
         update = learner.update()
@@ -232,10 +270,12 @@ class Training:
     def _imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
         """Clone all that was demonstrated; return a summary row for each epoch."""
         self.shown.append([e.robots for e in demonstrations if e.robots is not None])
-        shown, epochs = [*chain(*self.shown)], self.settings.imitation_epochs
-        losses = clone(self.learners["robots"], shown, epochs)
+        everything = list(chain.from_iterable(self.shown))
+        epochs = self.settings.imitation_epochs
+        losses = clone(self.learners["robots"], everything, epochs)
         self.imitated = len(self.shown) == self.settings.imitation_rounds
-        self.shown = [] if self.imitated else self.shown  # it may be a gigabyte
+        if self.imitated:
+            self.shown = []  # it may be a gigabyte
         when = {"side": "robots", "step": 0, "round": 0, "episodes": 0}
         return [{**when, "phase": "imitation", PRETRAINING: loss} for loss in losses]
 
@@ -249,8 +289,10 @@ class Training:
 
     def _who(self) -> dict[str, str]:
         """Name each side's trainer and head, or its fixed player."""
-        both: dict[str, Any] = {side: getattr(self.settings, side) for side in SIDES}
-        names = {side: f"{s.trainer_type} ({s.head} head)" for side, s in both.items()}
+        names: dict[str, str] = {}
+        for side in SIDES:
+            settings = getattr(self.settings, side)
+            names[side] = f"{settings.trainer_type} ({settings.head} head)"
         return names | {side: names_of(who) for side, who in self.task.fixed.items()}
 
     def facts(self) -> dict[str, Any]:
@@ -290,18 +332,22 @@ class Training:
         progress = record_from(Progress, checkpoint.progress, "progress")
         if not progress.imitated:
             return training
-        training.round, training.episodes = checkpoint.round, progress.episodes
-        training.imitated, training.latest = progress.imitated, progress.latest
+        training.round = checkpoint.round
+        training.episodes = progress.episodes
+        training.imitated = progress.imitated
+        training.latest = progress.latest
         for side, learner in training.learners.items():
-            restore(learner, checkpoint.learners[side])
+            state = checkpoint.learners[side]
+            restore(learner, state)
             training.kept[side] = progress.kept[side]
-            training.versions[side] = dict(checkpoint.learners[side]["versions"])
+            training.versions[side] = dict(state["versions"])
             training.summaries[side] = progress.summaries[side]
         return training
 
 
 def _due(job: int, share: float) -> bool:
     """Whether a job is one of a share of all, evenly spread."""
+    # As often as the whole part of share × jobs grows: no draws, no luck.
     return int((job + 1) * share) > int(job * share)
 
 
@@ -309,15 +355,17 @@ def _player(side: Side, who: Learned | str) -> Any:
     """Make a player that does not learn; any process can have a network's arrays."""
     if isinstance(who, str):
         return SCRIPTS[side][who]()
-    return replace(who, weights={n: w.numpy() for n, w in who.weights.items()})
+    arrays = {name: weight.numpy() for name, weight in who.weights.items()}
+    return replace(who, weights=arrays)
 
 
 # -- Learners -----------------------------------------------------------------------
 
 
 def _learner(task: Task, side: Side) -> Learner:
-    """Make a side's learner, with random networks or one to begin with."""
-    settings, scenario = getattr(task.settings, side), task.settings.scenario
+    """Make a side's learner [E1] [E2], with random networks or one to begin with."""
+    settings = getattr(task.settings, side)
+    scenario = task.settings.scenario
     row = "robots_per_floor" if side == "robots" else "sources"
     if not getattr(scenario, row):
         raise SettingsError(f"{side}: nothing to learn while {row} is 0")
@@ -326,9 +374,11 @@ def _learner(task: Task, side: Side) -> Learner:
         raise SettingsError("fire: it never plays where random_fires is 1")
     (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
     learner = learner_for(side, task.plan, scenario, settings, seed)
-    if (who := task.initial.get(side)) is not None:
+    who = task.initial.get(side)
+    if who is not None:
         for name in OF_NETWORK:
-            if (theirs := getattr(who.settings, name)) != getattr(settings, name):
+            theirs = getattr(who.settings, name)
+            if theirs != getattr(settings, name):
                 raise SettingsError(
                     f"{side}: the network to begin with has {name} {theirs}. Write it "
                     "into the settings."

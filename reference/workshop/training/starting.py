@@ -1,7 +1,4 @@
-"""Begin a training by the options of `train`, or resume one from its folder.
-
-Clauses: E1, E2.
-"""
+"""Begin a training by the options of `train`, or resume one from its folder."""
 
 from argparse import Namespace
 from dataclasses import replace
@@ -37,22 +34,40 @@ def begin(asked: Namespace) -> Training:
         name = asked.building
     building = maps.load(name)
     scenario = settings.scenario
-    named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
-    fixed = {
-        side: tuple(fixed_player(word, side, building, scenario) for word in words)
-        for side, words in named.items()
-    }
+
+    # who does not learn
+    fixed: dict[Side, tuple[Learned | str, ...]] = {}
+    for side in SIDES:
+        words = getattr(asked, side)
+        if words is not None:
+            fixed[side] = tuple(
+                fixed_player(word, side, building, scenario) for word in words
+            )
+
+    # networks to begin with; robots that imitate begin with random ones
     initial: dict[Side, Any] = {}
-    if (path := asked.initialize_from) is not None:
-        taken = {*fixed, "robots"} if asked.imitate else {*fixed}
+    path = asked.initialize_from
+    if path is not None:
+        taken = set(fixed)
+        if asked.imitate:
+            taken.add("robots")
         made = checkpoints.load(path)
         for side in SIDES:
             if side not in taken and isinstance(made.player(side), Learned):
                 initial[side] = fixed_player(path, side, building, scenario)
         if not initial:
             raise CheckpointError(f"{path}: nobody learned there who learns here.")
-    seed, plan = asked.seed or 0, plan_of(building)
-    return Training(Task(name, plan, settings, seed, fixed, initial, asked.imitate))
+
+    task = Task(
+        building=name,
+        plan=plan_of(building),
+        settings=settings,
+        seed=asked.seed or 0,
+        fixed=fixed,
+        initial=initial,
+        imitate=asked.imitate,
+    )
+    return Training(task)
 
 
 def _settings(asked: Namespace) -> Settings:
@@ -60,10 +75,13 @@ def _settings(asked: Namespace) -> Settings:
     made = preset(asked.preset or "laptop")
     if asked.settings is not None:
         made = read_yaml(asked.settings, made)
-    robots, scenario = made.robots, made.scenario
-    trainer, head = asked.trainer or robots.trainer_type, asked.head or robots.head
-    robots = replace(robots, trainer_type=trainer, head=head)
-    if asked.robots == ["none"]:
+    robots = replace(
+        made.robots,
+        trainer_type=asked.trainer or made.robots.trainer_type,
+        head=asked.head or made.robots.head,
+    )
+    scenario = made.scenario
+    if asked.robots == ["none"]:  # none stand there, and the fire observes none
         scenario = replace(scenario, robots_per_floor=0)
     return replace(made, robots=robots, scenario=scenario)
 
@@ -82,6 +100,10 @@ def resume(folder: Path) -> Training:
 
 def options_of(task: Task) -> dict[str, Any]:
     """The options that began a training, as far as its task tells them."""
-    s = task.settings
-    own = {"preset": s.preset, "trainer": s.robots.trainer_type, "head": s.robots.head}
+    robots = task.settings.robots
+    own = {
+        "preset": task.settings.preset,
+        "trainer": robots.trainer_type,
+        "head": robots.head,
+    }
     return own | {side: list(who) for side, who in task.fixed.items()} | vars(task)

@@ -1,8 +1,8 @@
 """Summaries by ML-Agents' names: rows of means, in a table.
 
-Clauses: E1, E2, E3, E5.  A row every `summary_freq` steps of a side: means over the
-episodes and updates since the row before.  Rewards are unscaled health points; unlike
-in ML-Agents, "Cumulative Reward" includes the group's reward.
+A row every `summary_freq` steps of a side [E1] [E2]: means over the episodes and
+updates since the row before.  Rewards are unscaled health points [E5]; unlike in
+ML-Agents, "Cumulative Reward" includes the group's reward.
 """
 
 from collections.abc import Iterable, Mapping
@@ -38,13 +38,22 @@ OF_EPISODES = {
 }
 """Columns, and the episode's fact that each averages; the group is the robots'."""
 
-SIGNAL, EXPLAINED = "Policy/Signal to Noise", "Policy/Explained Variance"
+SIGNAL = "Policy/Signal to Noise"
+EXPLAINED = "Policy/Explained Variance"
 
 OF_UPDATES = (
-    *("Losses/Policy Loss", "Losses/Value Loss", "Losses/Baseline Loss", PRETRAINING),
-    *("Policy/Entropy", "Policy/Learning Rate", "Policy/Epsilon", "Policy/Beta"),
-    *("Policy/Extrinsic Value Estimate", "Policy/Extrinsic Baseline Estimate"),
-    *(SIGNAL, EXPLAINED),
+    "Losses/Policy Loss",
+    "Losses/Value Loss",
+    "Losses/Baseline Loss",
+    PRETRAINING,
+    "Policy/Entropy",
+    "Policy/Learning Rate",
+    "Policy/Epsilon",
+    "Policy/Beta",
+    "Policy/Extrinsic Value Estimate",
+    "Policy/Extrinsic Baseline Estimate",
+    SIGNAL,  # ours, as EXPLAINED is
+    EXPLAINED,
 )
 COLUMNS = (*WHEN, *OF_EPISODES, *OF_UPDATES)
 Row = dict[str, Any]
@@ -69,20 +78,26 @@ class Summary:
 
     def add(self, side: Side, facts: Iterable[Figures], update: Figures) -> None:
         """Add facts of episodes, and the update's figures, if there was one."""
-        own = {OWN_REWARD: "fire_reward"} if side == "fire" else {}
-        columns = (OF_EPISODES | own).items()
-        named = ({name: fact[of] for name, of in columns} for fact in facts)
-        for values in (*named, update):
-            for name, value in values.items():
-                self.sums[name] = self.sums.get(name, 0.0) + value
-                self.counts[name] = self.counts.get(name, 0) + 1
+        for fact in facts:
+            values = {column: fact[name] for column, name in OF_EPISODES.items()}
+            if side == "fire":
+                values[OWN_REWARD] = fact["fire_reward"]
+            self._add(values)
+        self._add(update)
+
+    def _add(self, values: Figures) -> None:
+        for column, value in values.items():
+            self.sums[column] = self.sums.get(column, 0.0) + value
+            self.counts[column] = self.counts.get(column, 0) + 1
 
     def row(self, step: int, every: int) -> Row | None:
         """The means, if this step is past another multiple of `every`; begin anew."""
         if step // every == self.last // every:
             return None
         means = {name: self.sums[name] / self.counts[name] for name in self.sums}
-        self.last, self.sums, self.counts = step, {}, {}
+        self.last = step
+        self.sums = {}
+        self.counts = {}
         return means
 
 
