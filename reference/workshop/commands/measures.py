@@ -24,11 +24,13 @@ from reference.workshop.storage.files import write_whole
 )
 def validate(arguments: Namespace) -> None:
     """Measures standard pedestrian cases; exit status 0 also where a case fails."""
-    seed, names = arguments.seed or 0, arguments.only or list(CASES)
+    seed = arguments.seed or 0
+    names = arguments.only or list(CASES)
     progress = tqdm(names, unit="case", disable=None, leave=False)
     cases = [measured(name, seed) for name in progress]
-    rows = [("verdict", "case", "what", "accepted", "measured"), *map(_row, cases)]
     missing = {} if arguments.only else NOT_MODELLED
+
+    rows = [("verdict", "case", "what", "accepted", "measured"), *map(_row, cases)]
     rows += [("not modelled", k, *reason, "") for k, reason in missing.items()]
     report = {"seed": seed, "cases": cases, "not_modelled": missing}
     tell(arguments, report, table(rows, "<<<<<"))
@@ -40,12 +42,16 @@ def validate(arguments: Namespace) -> None:
 
 def _row(case: dict[str, Any]) -> tuple[str, ...]:
     """Write a case in words: its verdict, what was measured, and what to know of it."""
-    runs, words = case["runs"], {k: figure(v) for k, v in case["measured"].items()}
+    runs = case["runs"]
+    words = {name: figure(value) for name, value in case["measured"].items()}
     for name, count in case["never"].items():
         words[name] += f" (never in {count}/{runs})"
     numbers = ", ".join(f"{name}: {word}" for name, word in words.items())
-    numbers += f" ({case['note']})" if case["note"] else ""
-    verdict = case["verdict"] + (f" {case['failed']}/{runs}" if case["failed"] else "")
+    if case["note"]:
+        numbers += f" ({case['note']})"
+    verdict = case["verdict"]
+    if case["failed"]:
+        verdict += f" {case['failed']}/{runs}"
     return verdict, case["source"], case["what"], case["accepted"], numbers
 
 

@@ -1,4 +1,4 @@
-"""How commands are declared: what argparse is told, and options that several have."""
+"""Declare commands: what argparse is told, and options that several of them have."""
 
 import os
 from argparse import SUPPRESS, ArgumentTypeError, Namespace
@@ -94,8 +94,10 @@ def player(
             raise ArgumentTypeError(str(error)) from None
         return text
 
-    code = f"; {CODE}: your code, from the current folder" if CODE in words else ""
-    note = f"{', '.join(words)} (FILE: a checkpoint, a training's folder{code}); {note}"
+    files = "FILE: a checkpoint, a training's folder"
+    if CODE in words:
+        files += f"; {CODE}: your code, from the current folder"
+    note = f"{', '.join(words)} ({files}); {note}"
     return option(f"--{side}", note, type=somebody, metavar="S", **told)
 
 
@@ -117,9 +119,17 @@ def of_evaluation(arguments: Namespace) -> dict[str, Any]:
 
 PICTURES = ".png, .svg, .pdf"
 FILMS = ".gif, .html, .mp4"
-CORES = len(getattr(os, "sched_getaffinity", lambda _: range(os.cpu_count() or 1))(0))
-
 FILE = option("file", "a map, by path or by the name of one that ships")
+
+
+def _cores() -> int:
+    """Count the processor's cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):  # not on macOS and Windows
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+CORES = _cores()
 
 
 def building(default: str) -> Option:
