@@ -20,7 +20,7 @@ import tokenize
 from collections.abc import Iterable, Iterator
 from io import StringIO
 from pathlib import Path
-from statistics import median, quantiles
+from statistics import median
 from typing import NamedTuple
 
 import reference
@@ -84,13 +84,13 @@ def row(name: str, paths: Iterable[Path]) -> str:
     """Measure all files together, and write a row of the table."""
     files = [parsed(path) for path in paths]
     nodes = [node for file in files for node in ast.walk(file.tree)]
-    lines = sum(len(file.code) for file in files)
+    lines = sum(len(file.code) for file in files) or 1
     packed = sum(map(is_packed, nodes)) / lines
     walrus = sum(isinstance(node, ast.NamedExpr) for node in nodes) / lines
     expressions = sum(isinstance(node, ast.expr) for node in nodes) / lines
     said = sum(map(comments, files)) / lines
-    body = [count for file in files for count in bodies(file)]
-    most = quantiles(body, n=10)[-1]
+    body = sorted(count for file in files for count in bodies(file)) or [0]
+    most = body[9 * len(body) // 10]
     return (
         f"{name:24}{lines:8,}{1000 * packed:9.1f}{1000 * walrus:9.1f}"
         f"{expressions:9.2f}{median(body):7.0f} /{most:3.0f}{said:11.2f}"

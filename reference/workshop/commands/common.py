@@ -53,7 +53,7 @@ def resumable(
 
     words: of the command line that resumes it, without --resume and --out
     """
-    address = getattr(arguments, "cluster", None)
+    address = getattr(arguments, "cluster", None)  # of experiments only
     if address:
         words += ("--cluster", address)
         hands = cluster(address)
@@ -73,6 +73,6 @@ def resumable(
             f"a worker has died, perhaps for want of memory: take fewer. {advice}"
         ) from error
     except KeyboardInterrupt:
-        if folder and not folder.exists():  # it has not begun
+        if folder and not folder.exists():  # it has not begun: nothing to go on with
             raise
         raise KeyboardInterrupt(f"stopped. {advice}") from None

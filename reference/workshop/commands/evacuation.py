@@ -48,7 +48,7 @@ def first_look(arguments: Namespace) -> None:
     with workers(1) as other:  # it loads torch, which is slow, in the meantime
         learned = other.submit(_one_seed, [LEARNED_BOTH], seed)
         arena, runs = _one_seed(FILMED, seed, arguments.animate)
-        runs += learned.result()[1]
+        runs += learned.result()[1]  # its arena is the same
 
     lines = [f"{arena.building}, {arena.people} people, seed {seed}"]
     for pair, run in zip([*FILMED, LEARNED_BOTH], runs, strict=True):
@@ -117,7 +117,7 @@ def evacuate(arguments: Namespace) -> None:
     tell(arguments, report, _table_of(told))
 
     if crowding:
-        from reference.workshop.drawing import crowded, save
+        from reference.workshop.drawing import crowded, save  # loads matplotlib
 
         save(crowded(crowding, _heading(pairs[0])), arguments.density)
     for path in (arguments.animate, arguments.record, arguments.density):
@@ -164,9 +164,9 @@ def _episode(
             notes.append(stack.enter_context(recording(simulations[0], folder)))
         if crowding:
             notes.append(crowding.watch(simulations[0]))
-        going = ticks(simulations, notes)
+        going = ticks(simulations, notes)  # nothing is played before it is asked for
         if film:
-            from reference.workshop.drawing.film import animate
+            from reference.workshop.drawing.film import animate  # loads matplotlib
 
             headings = [f"{_heading(pair)}\n{_who(*pair)}" for pair in pairs]
             animate(simulations, film, headings, going)

@@ -35,7 +35,7 @@ def validate(arguments: Namespace) -> None:
     report = {"seed": seed, "cases": cases, "not_modelled": missing}
     tell(arguments, report, table(rows, "<<<<<"))
     if arguments.output:
-        from reference.workshop.drawing import save, validation
+        from reference.workshop.drawing import save, validation  # loads matplotlib
 
         note(f"written: {save(validation.diagram(seed), arguments.output)}")
 
@@ -58,7 +58,7 @@ def _row(case: dict[str, Any]) -> tuple[str, ...]:
 @options.command("bench --json", options.building("paper"), options.SEED, options.JSON)
 def bench(arguments: Namespace) -> None:
     """Measures speed: what is simulated, decided and learned from in a second."""
-    from reference.workshop.measuring.bench import measure
+    from reference.workshop.measuring.bench import measure  # loads torch
 
     name = "paper" if arguments.building is None else arguments.building
     report = measure(name, arguments.seed or 0)
@@ -76,7 +76,7 @@ def bench(arguments: Namespace) -> None:
 )
 def paper(arguments: Namespace) -> None:
     """Writes the annotated paper: one page of clauses, code, tests and pictures."""
-    from reference.workshop.annotated.page import page
+    from reference.workshop.annotated.page import page  # loads matplotlib
 
     write_whole(arguments.output, page(load("paper"), arguments.output.parent).encode())
     print(arguments.output)

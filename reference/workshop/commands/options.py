@@ -52,7 +52,7 @@ def number(name: str, least: int, note: str, most: int = 10**6, **told: Any) -> 
 
     def whole(text: str) -> int:
         """Refuse what is no whole number, or out of bounds."""
-        with suppress(ValueError):
+        with suppress(ValueError):  # a word is refused below, in the same words
             if least <= int(text) <= most:
                 return int(text)
         wanted = f"a whole number from {least} to {most}"
@@ -69,7 +69,7 @@ def output(names: str, ends: str, note: str, default: Path | None = None) -> Opt
         path = Path(text)
         if path.suffix.lower() not in ends.split(", "):
             raise ArgumentTypeError(f"'{text}' does not end in one of {ends}")
-        if not os.access(path.parent, os.W_OK):
+        if not os.access(path.parent, os.W_OK):  # better now than after an hour
             raise OSError(
                 f"{path}: cannot be written. Name a file in a folder that exists and "
                 "is yours."
@@ -114,6 +114,7 @@ def of_evaluation(arguments: Namespace) -> dict[str, Any]:
     """What was asked for of an evaluation's place and runs, by name."""
     names = ("building", "people", "seed", "episodes", "sample", "errors")
     asked = {name: getattr(arguments, name) for name in names}
+    # What was not typed is left to the checkpoint that plays, or to `begin`.
     return {name: value for name, value in asked.items() if value is not None}
 
 
@@ -147,7 +148,8 @@ WRONG = "robots misjudge positions by up to N metres, as harms most; default: 0"
 ERRORS = number("--errors", 0, WRONG, most=40)
 PLAY = "how many processes, which changes no result; 0: this one; default: all cores"
 WORKERS = number("--workers", 0, PLAY, most=1000, default=CORES)
-LARGEST = 2**53  # as a whole number in JSON
+LARGEST = 2**53  # the largest whole number that every reader of JSON keeps exact
 CHANCE = "all chance follows from N; default: 0, without a command a typical one"
+# Also an option of the whole command line: left out here, it does not undo that one.
 SEED = number("--seed", 0, CHANCE, most=LARGEST, default=SUPPRESS)
 JSON = flag("--json", "print one JSON object", default=SUPPRESS)

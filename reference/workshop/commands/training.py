@@ -73,7 +73,7 @@ def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
     out = arguments.out
     with resumable(arguments, out, partial(_training, arguments), "train") as work:
-        from reference.workshop.training import loop
+        from reference.workshop.training import loop  # loads torch
 
         training, executor = work
         note(training.about())
@@ -125,7 +125,7 @@ def _training(arguments: Namespace) -> Any:
 )
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or of several that belong together."""
-    from reference.workshop.drawing import curves, save
+    from reference.workshop.drawing import curves, save  # loads matplotlib
 
     runs = [curves.read(run) for run in arguments.runs]
     print(save(curves.figure(runs), arguments.output))
