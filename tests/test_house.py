@@ -331,10 +331,14 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
 
 
+def rows(header: str) -> str:
+    """The table with this header, without it."""
+    return README.split(f"| {header} |", 1)[1].split("\n\n", 1)[0]
+
+
 def table(header: str) -> list[str]:
     """What stands as code in the first column of the table with this header."""
-    rows = README.split(f"| {header} |", 1)[1].split("\n\n", 1)[0]
-    return re.findall(r"^\| `([^`]+)`", rows, re.MULTILINE)
+    return re.findall(r"^\| `([^`]+)`", rows(header), re.MULTILINE)
 
 
 def test_the_readme_begins_with_two_commands_that_do_it_all():
@@ -344,9 +348,12 @@ def test_the_readme_begins_with_two_commands_that_do_it_all():
     assert test == ".venv/bin/python -m pytest -n auto"
 
 
-def test_the_readme_lists_the_modules_in_reading_order():
-    """So that the book's table of contents is the book's."""
-    assert tuple(table("module")) == BOOK
+def test_the_readme_names_chapters_and_rooms_in_reading_order():
+    """What each module does stands once, in `reference/__init__.py`."""
+    chapters = re.findall(r"`([^`]+)`", rows("chapter | modules"))
+    assert chapters == [name for name in BOOK if "." not in name]
+    inner = [name.split(".")[1] for name in READING_ORDER if name[:9] == "workshop."]
+    assert table("room | what you find there") == list(dict.fromkeys(inner))
 
 
 def test_the_readme_says_what_everybody_in_its_table_of_results_does():
@@ -357,26 +364,6 @@ def test_the_readme_says_what_everybody_in_its_table_of_results_does():
     about = [ABOUT["robots"][word] for word in robots]
     assert [*said] == [*robots, *dict.fromkeys(fires)]
     assert [*said.values()] == about + [ABOUT["fire"][word] for word in fires]
-
-
-LEARNING = ("settings", "networks", "experience", "ppo", "poca")
-
-
-def test_ma_poca_with_all_it_needs_is_at_most_800_lines():
-    """The definitions in `learning` that its learner names, and those that they do."""
-    nodes = [
-        node
-        for module in LEARNING
-        for node in ast.parse(MODULES[f"learning.{module}"].read_text("utf-8")).body
-        if isinstance(node, ast.FunctionDef | ast.ClassDef)
-    ]
-    names, needed = {"Learner"}, []
-    while more := [n for n in nodes if n.name in names and n not in needed]:
-        needed += more
-        used = [part for node in more for part in ast.walk(node)]
-        names |= {part.id for part in used if isinstance(part, ast.Name)}
-        names |= {part.attr for part in used if isinstance(part, ast.Attribute)}
-    assert sum(n.end_lineno - n.lineno + 1 for n in needed) <= 800
 
 
 def test_the_map_in_the_readme_is_a_map(tmp_path):

@@ -43,7 +43,8 @@ def curve(ruler: Ruler | None = None, best_reward: float = BEST_REWARD) -> Figur
         "y = β, so that E = 1 without fire": ruler.reward_at(β),
         "y = 1/c": 0.0,
     }
-    least, most = min(points.values()), max(points.values())
+    least = min(points.values())
+    most = max(points.values())
     room = 0.05 * (most - least)
     R = np.linspace(least - room, most + room, 600)
     axes.plot(R, ruler.reward_part(R), color=BLUE, lw=2.4)

@@ -28,8 +28,8 @@ def diagram(seed: int) -> Figure:
     words = "this model, 20 m × 4 m ring"
     axes.plot(densities, np.mean(ours, axis=0), color=BLUE, label=words)
     words = f"its {len(ours)} seeds, of which the line is the mean"
-    x, y = len(ours) * densities, np.ravel(ours)
-    axes.plot(x, y, "o", color=BLUE, ms=4, label=words)
+    x = len(ours) * densities  # once more for each seed
+    axes.plot(x, np.ravel(ours), "o", color=BLUE, ms=4, label=words)
 
     for words, real, marker in (
         ("one way", validation.ONE_WAY, "s"),
