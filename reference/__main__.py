@@ -35,9 +35,10 @@ from reference.workshop.storage.files import told
 from reference.workshop.storage.runs import ContradictionError
 from reference.workshop.storage.workers import STOPPED_BY, STOPS, stop, stop_again
 
-MAPS = check, draw, floors
-RUNS = strategies, evacuate, evaluate, train, curves, experiment
-COMMANDS = {c.run.__name__: c for c in (*MAPS, *RUNS, validate, bench, paper)}
+MAPS = (check, draw, floors)
+RUNS = (strategies, evacuate, evaluate, train, curves, experiment)
+MODEL = (validate, bench, paper)
+COMMANDS = {command.run.__name__: command for command in (*MAPS, *RUNS, *MODEL)}
 NO_BUGS = (InputError, OSError, UnicodeError, MemoryError, BrokenExecutor)
 STOPPED = "stopped; nothing half-written is left"
 
@@ -63,6 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _complain(message: str, status: int) -> int:
+    """Print a message to stderr; return the status."""
     with suppress(OSError):  # stderr is closed
         print(message, file=sys.stderr)
     return status
@@ -90,12 +92,14 @@ def _arguments(argv: Sequence[str] | None) -> Namespace:
     _describe(top, first_look)
     version = f"fire-rescue-reference {reference.__version__}"
     top.add_argument("--version", action="version", version=version)
-    top.set_defaults(seed=None, json=False)
+    top.set_defaults(seed=None, json=False)  # commands leave out what is not typed
+
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
     for name, command in COMMANDS.items():
         summary = command.run.__doc__
         parser = commands.add_parser(name, help=summary, formatter_class=Formatter)
         _describe(parser, command)
+
     arguments, unknown = top.parse_known_args(argv)
     if unknown:
         hint = "a map is named by --building; " if "building" in arguments else ""

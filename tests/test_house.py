@@ -6,8 +6,10 @@ import re
 import shutil
 import subprocess
 import sys
+import tokenize
 import tomllib
 from collections.abc import Iterator
+from io import StringIO
 from pathlib import Path
 from textwrap import dedent
 from time import sleep
@@ -174,6 +176,99 @@ def test_the_package_leads_from_a_maps_text_to_a_picture(tmp_path, monkeypatch, 
     assert (tmp_path / "hut.png").read_bytes().startswith(b"\x89PNG")
 
 
+# -- How much, and how dense --------------------------------------------------------
+
+
+def in_workshop(path: Path) -> bool:
+    """Whether a module belongs to the workshop, as the command line does."""
+    first = path.relative_to(PACKAGE).parts[0]
+    return first in ("workshop", "__main__.py")
+
+
+WORKSHOP = [path for path in MODULES.values() if in_workshop(path)]
+PARTS = {
+    "book": sorted({*PACKAGE.rglob("*.py")} - {*WORKSHOP}),
+    "workshop": WORKSHOP,
+    "tests": sorted((ROOT / "tests").rglob("*.py")),
+    "tutorials": sorted((ROOT / "tutorials").rglob("*.py")),
+}
+MOST_TOKENS = 36_765
+"""Of the book without `paper`: whoever moves a number there pays nothing for it."""
+
+LAYOUT = {
+    tokenize.COMMENT,
+    tokenize.NL,
+    tokenize.NEWLINE,
+    tokenize.INDENT,
+    tokenize.DEDENT,
+    tokenize.ENDMARKER,
+}
+
+
+def tokens(path: Path) -> int:
+    """Count the tokens of a file, without comments, docstrings and layout."""
+    text = path.read_text(encoding="utf-8")
+    docstrings = {
+        (node.lineno, node.col_offset)
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    }
+    found = tokenize.generate_tokens(StringIO(text).readline)
+    return sum(t.type not in LAYOUT and t.start not in docstrings for t in found)
+
+
+def names_in(node: ast.AST) -> frozenset[str]:
+    """The names that stand in an expression."""
+    return frozenset(n.id for n in ast.walk(node) if isinstance(n, ast.Name))
+
+
+def is_packed(node: ast.AST) -> bool:
+    """Does an assignment take several things, not one apart: `a, b = x, y`?"""
+    if not isinstance(node, ast.Assign) or not isinstance(node.value, ast.Tuple):
+        return False
+    roots = {names_in(each) for each in node.value.elts} - {frozenset()}
+    return isinstance(node.targets[0], ast.Tuple) and len(roots) > 1
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_a_line_assigns_one_thing(part, record_property):
+    """Or takes one thing apart: `x, y = position`, `low, high = -limit, limit`."""
+    packed = []
+    lines = expressions = statements = 0
+    for path in PARTS[part]:
+        text = path.read_text(encoding="utf-8")
+        lines += sum(bool(line.strip()) for line in text.splitlines())
+        for node in ast.walk(ast.parse(text)):
+            expressions += isinstance(node, ast.expr)
+            statements += isinstance(node, ast.stmt)
+            if is_packed(node):
+                packed.append(f"{path.name}:{node.lineno}")
+    facts = (
+        f"{sum(map(tokens, PARTS[part])):,} tokens, "
+        f"{expressions / statements:.2f} expressions a statement, "
+        f"{len(packed)} packed assignments in {lines:,} lines"
+    )
+    record_property(part, facts)
+    allowed = 0 if part == "book" else 5 * lines / 1000
+    assert len(packed) <= allowed, packed
+
+
+def test_the_book_is_no_longer_than_it_has_to_be():
+    """Only the book has a limit; nothing else, and no lines, are counted."""
+    counted = [path for path in PARTS["book"] if path.name != "paper.py"]
+    assert sum(map(tokens, counted)) <= MOST_TOKENS
+
+
+def test_numbers_of_the_paper_are_read_where_they_are_used():
+    """`paper.SIGHT`, not SIGHT: whoever changes it is heard by every module."""
+    for module, path in MODULES.items():
+        for name in imported(path):
+            is_number = re.fullmatch(r"reference\.paper\.[A-Z][A-Z\d_]*", name)
+            assert not is_number, f"{module} imports {name}"
+
+
 # -- Code, clauses and tests --------------------------------------------------------
 
 
@@ -331,10 +426,14 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
 
 
+def rows(header: str) -> str:
+    """The table with this header, without it."""
+    return README.split(f"| {header} |", 1)[1].split("\n\n", 1)[0]
+
+
 def table(header: str) -> list[str]:
     """What stands as code in the first column of the table with this header."""
-    rows = README.split(f"| {header} |", 1)[1].split("\n\n", 1)[0]
-    return re.findall(r"^\| `([^`]+)`", rows, re.MULTILINE)
+    return re.findall(r"^\| `([^`]+)`", rows(header), re.MULTILINE)
 
 
 def test_the_readme_begins_with_two_commands_that_do_it_all():
@@ -344,9 +443,12 @@ def test_the_readme_begins_with_two_commands_that_do_it_all():
     assert test == ".venv/bin/python -m pytest -n auto"
 
 
-def test_the_readme_lists_the_modules_in_reading_order():
-    """So that the book's table of contents is the book's."""
-    assert tuple(table("module")) == BOOK
+def test_the_readme_names_chapters_and_rooms_in_reading_order():
+    """What each module does stands once, in `reference/__init__.py`."""
+    chapters = re.findall(r"`([^`]+)`", rows("chapter | modules"))
+    assert chapters == [name for name in BOOK if "." not in name]
+    inner = [name.split(".")[1] for name in READING_ORDER if name[:9] == "workshop."]
+    assert table("room | what you find there") == list(dict.fromkeys(inner))
 
 
 def test_the_readme_says_what_everybody_in_its_table_of_results_does():
@@ -357,26 +459,6 @@ def test_the_readme_says_what_everybody_in_its_table_of_results_does():
     about = [ABOUT["robots"][word] for word in robots]
     assert [*said] == [*robots, *dict.fromkeys(fires)]
     assert [*said.values()] == about + [ABOUT["fire"][word] for word in fires]
-
-
-LEARNING = ("settings", "networks", "experience", "ppo", "poca")
-
-
-def test_ma_poca_with_all_it_needs_is_at_most_800_lines():
-    """The definitions in `learning` that its learner names, and those that they do."""
-    nodes = [
-        node
-        for module in LEARNING
-        for node in ast.parse(MODULES[f"learning.{module}"].read_text("utf-8")).body
-        if isinstance(node, ast.FunctionDef | ast.ClassDef)
-    ]
-    names, needed = {"Learner"}, []
-    while more := [n for n in nodes if n.name in names and n not in needed]:
-        needed += more
-        used = [part for node in more for part in ast.walk(node)]
-        names |= {part.id for part in used if isinstance(part, ast.Name)}
-        names |= {part.attr for part in used if isinstance(part, ast.Attribute)}
-    assert sum(n.end_lineno - n.lineno + 1 for n in needed) <= 800
 
 
 def test_the_map_in_the_readme_is_a_map(tmp_path):

@@ -153,7 +153,8 @@ def test_draw_watches_in_a_window_where_there_is_one(
     """One window, whose picture is drawn anew at each save; without a display none."""
     pyplot.switch_backend("agg")
     monkeypatch.setattr(FigureCanvasAgg, "required_interactive_framework", framework)
-    wider, seen = SHED.replace("#...#...#", "#...##..#"), []
+    wider = SHED.replace("#...#...#", "#...##..#")
+    seen = []
 
     def pause(_):
         seen.append(
@@ -225,7 +226,9 @@ def test_evacuate_prints_a_table_for_people(capsys):
 
 def test_evacuate_plays_what_it_films_and_records_once(tmp_path, capsys, monkeypatch):
     """The same evacuation as unseen, tick by tick; the files are beside the numbers."""
-    unseen, step, steps = evacuated(capsys, "--seed", "2"), Simulation.step, []
+    unseen = evacuated(capsys, "--seed", "2")
+    step = Simulation.step
+    steps = []
 
     def counted(simulation):
         steps.append(simulation)

@@ -21,7 +21,8 @@ IMITATED = [("critic", 5), ("together", 25)]
 def rows(phases, seed=0, imitation=0):
     """Rows of a table: 10 episodes a round, for (name, rounds) each."""
     first = {"side": "robots", "step": 0, "episodes": 0, "phase": "imitation"}
-    rng, episodes = np.random.default_rng(seed), 0
+    rng = np.random.default_rng(seed)
+    episodes = 0
     yield from [first] * imitation
     for phase, rounds in phases:
         for _ in range(rounds):
@@ -96,7 +97,8 @@ def test_refuses_a_training_that_has_only_imitated_so_far(run):
 def test_a_running_mean_agrees_with_the_sum_written_out():
     """At uneven distances too, against a loop over all pairs."""
     rng = np.random.default_rng(0)
-    x, y = np.sort(rng.uniform(0, 100, 60)), rng.normal(size=60)
+    x = np.sort(rng.uniform(0, 100, 60))
+    y = rng.normal(size=60)
     half = curves.SMOOTHING * x[-1] / 2
     expected = [y[near].mean() for near in np.abs(x[:, None] - x) <= half]
     np.testing.assert_allclose(curves.smooth(x, y), expected)

@@ -90,9 +90,9 @@ def colour_at(axes, x, y):
 @pytest.mark.paper("A8", "Figs. 4-6")
 def test_every_cell_has_the_colour_of_its_kind_at_its_place_in_metres():
     """Walls are dark, doors blue, entrances purple, exits green: where they stand."""
-    building, axes = TINY, drawn("top", "tiny").axes[0]
+    axes = drawn("top", "tiny").axes[0]
     for kind in Kind:
-        x, y = building.metres(*np.argwhere(building.kind[0] == kind)[0])
+        x, y = TINY.metres(*np.argwhere(TINY.kind[0] == kind)[0])
         colour = colour_at(axes, x - 0.4, y + 0.4)
         np.testing.assert_allclose(colour, to_rgb(COLOURS[kind]), atol=0.01)
 
@@ -115,7 +115,8 @@ def test_nothing_is_clipped_in_any_view_of_any_building(name, view):
 @pytest.mark.paper("A8", "Figs. 4-6")
 def test_every_name_lies_inside_its_room():
     """All four corners of the writing are in the room that is written on."""
-    institute, figure = shipped("paper"), drawn("top", "paper")
+    institute = shipped("paper")
+    figure = drawn("top", "paper")
     figure.draw_without_rendering()
     named = [area for area in institute.areas if not area.name.startswith("room-")]
     for area in named:
@@ -130,7 +131,8 @@ def test_every_name_lies_inside_its_room():
 @pytest.mark.paper("A2")
 def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall():
     """An edge leads from a door round the corners of a room to its node."""
-    institute, figure = shipped("paper"), drawn("graph", "paper")
+    institute = shipped("paper")
+    figure = drawn("graph", "paper")
     assert {area.name for area in institute.areas} <= set(writing(figure))
     starts = Counter[tuple[float, float]]()
     for floor, axes in enumerate(figure.axes):
@@ -169,9 +171,8 @@ def test_the_walkable_picture_says_how_much_one_may_walk_on():
 @pytest.mark.parametrize("name", ["paper", "maze"])
 def test_the_close_up_finds_every_kind_of_passage_there_is(name):
     """An exit, an entrance and a door, wherever the building has them."""
-    building, figure = shipped(name), drawn("closeup", name)
-    named = [axes.get_title() for axes in figure.axes]
-    assert {MEANINGS[mark.kind] for mark in building.landmarks} == {*named}
+    named = {axes.get_title() for axes in drawn("closeup", name).axes}
+    assert {MEANINGS[mark.kind] for mark in shipped(name).landmarks} == named
 
 
 # -- One instant --------------------------------------------------------------------
@@ -252,7 +253,8 @@ def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simu
 
 def walked(world, spots, seconds=1.0):
     """The trail after a past in which person 0 stood in these spots, nobody else."""
-    scene, history = scene_of(world), []
+    scene = scene_of(world)
+    history = []
     for k, spot in enumerate(spots):
         others = np.full((7, 3), [0, np.nan, np.nan])
         history.append(drawing.Tally(k * seconds, 0, 8, 0, np.vstack([spot, others])))
@@ -308,7 +310,8 @@ def test_colour_blind_readers_can_tell_everything_apart(dark):
     """
     inks = {k.name.lower(): ink for k, ink in COLOURS.items()} | INKS | dark
     names = [k.name.lower() for k in Kind if k is not Kind.OUTSIDE]
-    colours = [inks[name] for name in [*names, "flame", "ash"]] + [STEPS[-1]]
+    colours = [inks[name] for name in [*names, "flame", "ash"]]
+    colours.append(STEPS[-1])  # of full health
     light = np.array([to_rgb(colour) for colour in colours]) ** 2.2
     for eye in (PROTANOPE, DEUTERANOPE, TRITANOPE):
         lab = to_lab(np.clip(light @ np.array(eye).T, 0, 1))
@@ -333,8 +336,10 @@ def to_lab(light):
 
 def test_a_blitted_frame_is_the_frame_painted_anew(simulation):
     """Nothing of the frame before shines through."""
-    used, fresh = scene_of(simulation.world), scene_of(simulation.world)
-    paint, history = film.painter(used), []
+    used = scene_of(simulation.world)
+    fresh = scene_of(simulation.world)
+    paint = film.painter(used)
+    history = []
     for _ in range(30):
         history.append(drawing.tally(simulation.world))
         used.show(simulation.world, history)
@@ -368,7 +373,8 @@ def test_a_gif_has_a_frame_for_every_instant_and_ends_with_the_page(
 
 def test_two_evacuations_are_shown_side_by_side_until_both_are_over(tmp_path):
     """Each under its own heading and with its own curve; who ends first stays."""
-    short, long = evacuation(1.2), evacuation(2.4)
+    short = evacuation(1.2)
+    long = evacuation(2.4)
     drawing.animate([short, long], tmp_path / "both.gif", ["brief", "long"])
     assert (short.ticks, long.ticks) == (6, 12)
     shown, _ = frames(tmp_path / "both.gif")

@@ -30,7 +30,8 @@ def cells(count, folder=""):
     """Matches as an evaluation has them, in two dense groups."""
     rng = np.random.default_rng(0)
     for k in range(count):
-        R, h = 7500 + rng.normal(0, 700), (1500, 2400)[k % 2] + rng.normal(0, 60)
+        R = 7500 + rng.normal(0, 700)
+        h = (1500, 2400)[k % 2] + rng.normal(0, 60)
         yield cell(f"{folder}robots-{k}", f"fire-{k}", R, h, 300, 50)
 
 
@@ -98,7 +99,9 @@ def test_a_colour_is_a_team_and_a_shape_is_a_fire():
     drawn = axes.lines[2::3]
     colours = [line.get_markerfacecolor() for line in drawn]
     shapes = [line.get_marker() for line in drawn]
-    assert colours[:8] == 8 * colours[:1] != colours[8:] == 8 * colours[8:9]
+    assert colours[:8] == 8 * [colours[0]]
+    assert colours[8:] == 8 * [colours[8]]
+    assert colours[0] != colours[8]
     assert shapes[:8] == shapes[8:] and len({*shapes}) == 8
 
 

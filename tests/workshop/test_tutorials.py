@@ -64,6 +64,7 @@ def test_ma_poca_in_one_file_learns_what_ppo_does_not(tmp_path):
 @pytest.mark.parametrize("tutorial", SCRIPTS)
 def test_a_tutorial_prints_what_it_says_it_prints(tutorial, tmp_path):
     """A student who runs it sees the lines that stand in it, in their order."""
-    if extra := EXTRAS.get(tutorial.name[:2]):
+    extra = EXTRAS.get(tutorial.name[:2])
+    if extra:
         pytest.importorskip(extra, reason=f"needs pip install -e '.[{extra}]'")
     assert printed(tutorial, tmp_path) == promised(tutorial) != []

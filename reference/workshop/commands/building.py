@@ -1,7 +1,4 @@
-"""Commands for maps: check, draw and floors.
-
-Clauses: A8 (draw).
-"""
+"""Commands for maps: check, draw [A8] and floors."""
 
 import json
 import sys
@@ -33,21 +30,24 @@ def check(arguments: Namespace) -> None:
 
 
 def _check(arguments: Namespace) -> None:
+    """Check a map once."""
     try:
         building = load(arguments.file)
     except MistakesError as error:
-        mistakes = [
-            {"line": m.line, "column": m.column, "message": m.what, "hint": m.hint}
-            for m in error.mistakes
-        ]
         if arguments.json:
+            mistakes = [
+                {"line": m.line, "column": m.column, "message": m.what, "hint": m.hint}
+                for m in error.mistakes
+            ]
             print(json.dumps({"file": error.path, "mistakes": mistakes}))
-        raise
+        raise  # stderr has the words for people
+
     for one, other in dict.fromkeys(touching(building)):
         note(
             f"note: {one.id} and {other.id} touch at a corner; nobody passes there. "
             "Draw a wall, or a door."
         )
+
     kinds = [landmark.kind for landmark in building.landmarks]
     counts = {
         "floors": building.floors,
@@ -70,7 +70,7 @@ def _check(arguments: Namespace) -> None:
 )
 def draw(arguments: Namespace) -> None:
     """Draws a map as the paper does, from above or obliquely, or as a graph."""
-    from reference.workshop import drawing
+    from reference.workshop import drawing  # matplotlib: `check` need not wait for it
 
     def work() -> None:
         """Draw it once, and say where."""
@@ -91,11 +91,15 @@ def _at_every_save(
     if not arguments.watch:
         work()
         return
-    done, path = 0, find(arguments.file)
+    path = find(arguments.file)
+    done = 0  # when the file was saved that was worked on last, ns
     with suppress(KeyboardInterrupt):
         while True:
-            try:  # some editors remove a file to write it anew
-                if path.exists() and done != (done := path.stat().st_mtime_ns):
+            try:
+                # Some editors remove a file to write it anew: between, it has no time.
+                saved = path.stat().st_mtime_ns if path.exists() else done
+                if saved != done:
+                    done = saved  # once, also if it fails
                     note(strftime(f"{'':-<40} %H:%M:%S"))
                     work()
             except (InputError, OSError) as error:

@@ -53,21 +53,26 @@ def resumable(
 
     words: of the command line that resumes it, without --resume and --out
     """
-    on, address = "Nothing is kept without --out.", getattr(arguments, "cluster", None)
-    words += ("--cluster", address) if address else ()
-    if folder:
-        on = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
+    address = getattr(arguments, "cluster", None)  # of experiments only
     if address:
-        on = f"Workers finish what they are at, and keep it. {on}"
-    hands = cluster(address) if address else workers(arguments.workers)
+        words += ("--cluster", address)
+        hands = cluster(address)
+    else:
+        hands = workers(arguments.workers)
+    advice = "Nothing is kept without --out."
+    if folder:
+        advice = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
+    if address:
+        advice = f"Workers finish what they are at, and keep it. {advice}"
+
     try:
         with held(folder, arguments.resume, start) as run, hands as executor:
             yield run, executor
     except BrokenExecutor as error:
         raise InputError(
-            f"a worker has died, perhaps for want of memory: take fewer. {on}"
+            f"a worker has died, perhaps for want of memory: take fewer. {advice}"
         ) from error
     except KeyboardInterrupt:
-        if folder and not folder.exists():  # it has not begun
+        if folder and not folder.exists():  # it has not begun: nothing to go on with
             raise
-        raise KeyboardInterrupt(f"stopped. {on}") from None
+        raise KeyboardInterrupt(f"stopped. {advice}") from None

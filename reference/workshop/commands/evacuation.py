@@ -27,6 +27,7 @@ Pair = tuple[str, str]
 
 Facts = dict[str, Any]
 
+PLAYED = ("robots", "fire", "seed")  # what a run played; the rest came of it
 FILMED: list[Pair] = [("none", "random"), ("escort", "random")]
 LEARNED_BOTH: Pair = (LEARNED, LEARNED)
 FILM = Path("evacuation.html")
@@ -44,10 +45,11 @@ TYPICAL = 37
 def first_look(arguments: Namespace) -> None:
     """Plays one seed without guides, with guides, and with both sides that learned."""
     seed = TYPICAL if arguments.seed is None else arguments.seed
-    with workers(1) as other:  # it loads torch in the meantime
+    with workers(1) as other:  # it loads torch, which is slow, in the meantime
         learned = other.submit(_one_seed, [LEARNED_BOTH], seed)
         arena, runs = _one_seed(FILMED, seed, arguments.animate)
-        runs += learned.result()[1]
+        runs += learned.result()[1]  # its arena is the same
+
     lines = [f"{arena.building}, {arena.people} people, seed {seed}"]
     for pair, run in zip([*FILMED, LEARNED_BOTH], runs, strict=True):
         health = f"{run['mean_health'] or 0:.0f} of 100 health on average"
@@ -101,24 +103,36 @@ def evacuate(arguments: Namespace) -> None:
     pairs = _pairs(arguments)
     robots, fires = zip(*pairs, strict=True)
     evaluation = begin(robots, fires, **options.of_evaluation(arguments))
-    crowding, played = Crowding() if arguments.density else None, []
-    film, folder = arguments.animate, arguments.record
+    crowding = Crowding() if arguments.density else None
+
+    played = []
+    film = arguments.animate
+    folder = arguments.record
     for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
         played.append(_episode(evaluation, pairs, seed, film, folder, crowding))
         film = folder = None  # of the first one only
+
     told = [_told(evaluation, runs) for runs in zip(*played, strict=True)]
-    rows = []
-    for name in list(told[0])[:-1]:
-        words = name.replace("health", "health_of_those_out").replace("_", " ")
-        rows.append((words, *(of_pair[name] for of_pair in told)))
     report = {"pairs": told} if len(told) > 1 else told[0]
-    tell(arguments, report, table(rows, "<" + ">" * len(told)))
+    tell(arguments, report, _table_of(told))
+
     if crowding:
-        from reference.workshop.drawing import crowded, save
+        from reference.workshop.drawing import crowded, save  # loads matplotlib
 
         save(crowded(crowding, _heading(pairs[0])), arguments.density)
-    for path in filter(None, (arguments.animate, arguments.record, arguments.density)):
-        note(f"written: {path}")
+    for path in (arguments.animate, arguments.record, arguments.density):
+        if path:
+            note(f"written: {path}")
+
+
+def _table_of(told: Sequence[Facts]) -> str:
+    """Write every figure but the single runs, a column for each pair."""
+    rows = []
+    for name in told[0]:
+        if name != "runs":
+            words = name.replace("health", "health_of_those_out").replace("_", " ")
+            rows.append([words, *(of_pair[name] for of_pair in told)])
+    return table(rows, "<" + ">" * len(told))
 
 
 def _pairs(arguments: Namespace) -> list[Pair]:
@@ -142,26 +156,29 @@ def _episode(
 
     film: gets all;  folder: gets the first one's trajectories;  crowding: watches it
     """
-    simulations = evaluation.simulations([(*pair, seed) for pair in pairs])
+    matches = [(robots, fire, seed) for robots, fire in pairs]
+    simulations = evaluation.simulations(matches)
     notes = list[Callable[[], None]]()
     with ExitStack() as stack:
         if folder:
             notes.append(stack.enter_context(recording(simulations[0], folder)))
         if crowding:
             notes.append(crowding.watch(simulations[0]))
-        going = ticks(simulations, notes)
+        going = ticks(simulations, notes)  # nothing is played before it is asked for
         if film:
-            from reference.workshop.drawing.film import animate
+            from reference.workshop.drawing.film import animate  # loads matplotlib
 
             headings = [f"{_heading(pair)}\n{_who(*pair)}" for pair in pairs]
             animate(simulations, film, headings, going)
-        deque(going, maxlen=0)
-    outcomes = [asdict(simulation.outcome()) for simulation in simulations]
-    known = [{k: None if isnan(v) else v for k, v in one.items()} for one in outcomes]
-    return [
-        {"robots": robots, "fire": fire, "seed": seed, **one}
-        for (robots, fire), one in zip(pairs, known, strict=True)
-    ]
+        deque(going, maxlen=0)  # plays what a film has not played
+
+    facts = []
+    for (robots, fire), simulation in zip(pairs, simulations, strict=True):
+        played: Facts = {"robots": robots, "fire": fire, "seed": seed}
+        for name, value in asdict(simulation.outcome()).items():
+            played[name] = None if isnan(value) else value  # JSON knows no NaN
+        facts.append(played)
+    return facts
 
 
 def _who(robots: str, fire: str) -> str:
@@ -170,21 +187,22 @@ def _who(robots: str, fire: str) -> str:
 
 
 def _heading(pair: Pair) -> str:
+    """Say in a few words who guides and what burns."""
     robots, fire = pair
     guides = "nobody guides" if robots == "none" else f"guided by {robots}"
-    return f"{guides}, {'no fire' if fire == 'none' else f'fire {fire}'}"
+    burns = "no fire" if fire == "none" else f"fire {fire}"
+    return f"{guides}, {burns}"
 
 
 def _told(evaluation: Evaluation, runs: Sequence[Facts]) -> Facts:
     """Say what a pair played, the mean of every figure, and all runs."""
-    means = {}
-    for name in list(runs[0])[3:]:
-        known = [run[name] for run in runs if run[name] is not None]
-        means[name] = mean(known) if known else None
-    return {
-        "building": evaluation.arena.building,
-        **{name: runs[0][name] for name in ("robots", "fire", "seed")},
-        "episodes": len(runs),
-        **means,
-        "runs": runs,
-    }
+    facts: Facts = {"building": evaluation.arena.building}
+    for name in PLAYED:
+        facts[name] = runs[0][name]
+    facts["episodes"] = len(runs)
+    for name in runs[0]:
+        if name not in PLAYED:
+            known = [run[name] for run in runs if run[name] is not None]
+            facts[name] = mean(known) if known else None
+    facts["runs"] = runs
+    return facts

@@ -24,35 +24,41 @@ from reference.workshop.storage.files import write_whole
 )
 def validate(arguments: Namespace) -> None:
     """Measures standard pedestrian cases; exit status 0 also where a case fails."""
-    seed, names = arguments.seed or 0, arguments.only or list(CASES)
+    seed = arguments.seed or 0
+    names = arguments.only or list(CASES)
     progress = tqdm(names, unit="case", disable=None, leave=False)
     cases = [measured(name, seed) for name in progress]
-    rows = [("verdict", "case", "what", "accepted", "measured"), *map(_row, cases)]
     missing = {} if arguments.only else NOT_MODELLED
+
+    rows = [("verdict", "case", "what", "accepted", "measured"), *map(_row, cases)]
     rows += [("not modelled", k, *reason, "") for k, reason in missing.items()]
     report = {"seed": seed, "cases": cases, "not_modelled": missing}
     tell(arguments, report, table(rows, "<<<<<"))
     if arguments.output:
-        from reference.workshop.drawing import save, validation
+        from reference.workshop.drawing import save, validation  # loads matplotlib
 
         note(f"written: {save(validation.diagram(seed), arguments.output)}")
 
 
 def _row(case: dict[str, Any]) -> tuple[str, ...]:
     """Write a case in words: its verdict, what was measured, and what to know of it."""
-    runs, words = case["runs"], {k: figure(v) for k, v in case["measured"].items()}
+    runs = case["runs"]
+    words = {name: figure(value) for name, value in case["measured"].items()}
     for name, count in case["never"].items():
         words[name] += f" (never in {count}/{runs})"
     numbers = ", ".join(f"{name}: {word}" for name, word in words.items())
-    numbers += f" ({case['note']})" if case["note"] else ""
-    verdict = case["verdict"] + (f" {case['failed']}/{runs}" if case["failed"] else "")
+    if case["note"]:
+        numbers += f" ({case['note']})"
+    verdict = case["verdict"]
+    if case["failed"]:
+        verdict += f" {case['failed']}/{runs}"
     return verdict, case["source"], case["what"], case["accepted"], numbers
 
 
 @options.command("bench --json", options.building("paper"), options.SEED, options.JSON)
 def bench(arguments: Namespace) -> None:
     """Measures speed: what is simulated, decided and learned from in a second."""
-    from reference.workshop.measuring.bench import measure
+    from reference.workshop.measuring.bench import measure  # loads torch
 
     name = "paper" if arguments.building is None else arguments.building
     report = measure(name, arguments.seed or 0)
@@ -70,7 +76,7 @@ def bench(arguments: Namespace) -> None:
 )
 def paper(arguments: Namespace) -> None:
     """Writes the annotated paper: one page of clauses, code, tests and pictures."""
-    from reference.workshop.annotated.page import page
+    from reference.workshop.annotated.page import page  # loads matplotlib
 
     write_whole(arguments.output, page(load("paper"), arguments.output.parent).encode())
     print(arguments.output)

@@ -1,4 +1,4 @@
-"""How commands are declared: what argparse is told, and options that several have."""
+"""Declare commands: what argparse is told, and options that several of them have."""
 
 import os
 from argparse import SUPPRESS, ArgumentTypeError, Namespace
@@ -52,7 +52,7 @@ def number(name: str, least: int, note: str, most: int = 10**6, **told: Any) -> 
 
     def whole(text: str) -> int:
         """Refuse what is no whole number, or out of bounds."""
-        with suppress(ValueError):
+        with suppress(ValueError):  # a word is refused below, in the same words
             if least <= int(text) <= most:
                 return int(text)
         wanted = f"a whole number from {least} to {most}"
@@ -69,7 +69,7 @@ def output(names: str, ends: str, note: str, default: Path | None = None) -> Opt
         path = Path(text)
         if path.suffix.lower() not in ends.split(", "):
             raise ArgumentTypeError(f"'{text}' does not end in one of {ends}")
-        if not os.access(path.parent, os.W_OK):
+        if not os.access(path.parent, os.W_OK):  # better now than after an hour
             raise OSError(
                 f"{path}: cannot be written. Name a file in a folder that exists and "
                 "is yours."
@@ -94,8 +94,10 @@ def player(
             raise ArgumentTypeError(str(error)) from None
         return text
 
-    code = f"; {CODE}: your code, from the current folder" if CODE in words else ""
-    note = f"{', '.join(words)} (FILE: a checkpoint, a training's folder{code}); {note}"
+    files = "FILE: a checkpoint, a training's folder"
+    if CODE in words:
+        files += f"; {CODE}: your code, from the current folder"
+    note = f"{', '.join(words)} ({files}); {note}"
     return option(f"--{side}", note, type=somebody, metavar="S", **told)
 
 
@@ -109,17 +111,26 @@ def strategies() -> str:
 
 
 def of_evaluation(arguments: Namespace) -> dict[str, Any]:
-    """What was asked for of an evaluation's place and runs, by name."""
+    """Collect what was asked for of an evaluation's place and runs, by name."""
     names = ("building", "people", "seed", "episodes", "sample", "errors")
     asked = {name: getattr(arguments, name) for name in names}
+    # What was not typed is left to the checkpoint that plays, or to `begin`.
     return {name: value for name, value in asked.items() if value is not None}
 
 
 PICTURES = ".png, .svg, .pdf"
 FILMS = ".gif, .html, .mp4"
-CORES = len(getattr(os, "sched_getaffinity", lambda _: range(os.cpu_count() or 1))(0))
-
 FILE = option("file", "a map, by path or by the name of one that ships")
+
+
+def _cores() -> int:
+    """Count the processor's cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):  # not on macOS and Windows
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+CORES = _cores()
 
 
 def building(default: str) -> Option:
@@ -137,7 +148,8 @@ WRONG = "robots misjudge positions by up to N metres, as harms most; default: 0"
 ERRORS = number("--errors", 0, WRONG, most=40)
 PLAY = "how many processes, which changes no result; 0: this one; default: all cores"
 WORKERS = number("--workers", 0, PLAY, most=1000, default=CORES)
-LARGEST = 2**53  # as a whole number in JSON
+LARGEST = 2**53  # the largest whole number that every reader of JSON keeps exact
 CHANCE = "all chance follows from N; default: 0, without a command a typical one"
+# Also an option of the whole command line: left out here, it does not undo that one.
 SEED = number("--seed", 0, CHANCE, most=LARGEST, default=SUPPRESS)
 JSON = flag("--json", "print one JSON object", default=SUPPRESS)

@@ -1,7 +1,4 @@
-"""Commands for learning: train and curves.
-
-Clauses: E1, E2.
-"""
+"""Commands for learning: train and curves."""
 
 from argparse import Namespace
 from functools import partial
@@ -24,6 +21,7 @@ FIXED = "if given, this side does not learn; several play in turn"
 ROBOTS, FIRES = (
     [name for name in NAMES[side] if name not in (WORST, CODE)] for side in SIDES
 )
+"""Who can play the side that does not learn."""
 ROWS = rows_of(SideSettings)
 TINY = "preset tiny ends before anything is learned; to learn, take --preset laptop"
 
@@ -75,7 +73,7 @@ def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
     out = arguments.out
     with resumable(arguments, out, partial(_training, arguments), "train") as work:
-        from reference.workshop.training import loop
+        from reference.workshop.training import loop  # loads torch
 
         training, executor = work
         note(training.about())
@@ -86,30 +84,37 @@ def train(arguments: Namespace) -> None:
         "checkpoint": str(path),
         "summaries": str(out / SUMMARIES),
     }
-    figures = ((k, v) for k, v in report.items() if isinstance(v, int | float))
-    rows = [(name.replace("_", " "), value) for name, value in figures]
+    rows = [
+        (name.replace("_", " "), value)
+        for name, value in report.items()
+        if isinstance(value, int | float)
+    ]
     tell(arguments, report, table(rows, "<>"))
+
     if report["preset"] == "tiny":
         note(TINY)
-    sides = (word for side in training.learners for word in (f"--{side}", path))
+    players = list[object]()
+    for side in training.learners:
+        players += [f"--{side}", path]
     note(f"to see how it was learned, and what:\n  {again('curves', out)}")
-    note(f"  {again('evacuate', *sides, '--animate', 'learned.html')}")
+    note(f"  {again('evacuate', *players, '--animate', 'learned.html')}")
 
 
 def _training(arguments: Namespace) -> Any:
     """Begin a training, or resume the one in the folder."""
-    if arguments.robots and (arguments.fire or arguments.imitate):
-        other, does = ("fire", "learns") if arguments.fire else ("imitate", "imitates")
-        raise ContradictionError(f"--robots, --{other}: nobody {does}. Leave one out.")
-    from reference.workshop.training import starting
+    if arguments.robots and arguments.fire:
+        raise ContradictionError("--robots, --fire: nobody learns. Leave one out.")
+    if arguments.robots and arguments.imitate:
+        raise ContradictionError("--robots, --imitate: nobody imitates. Leave one out.")
+    from reference.workshop.training import starting  # with torch, after the refusals
 
-    if arguments.resume:
-        training = starting.resume(arguments.out)
-        asked = {name: getattr(arguments, name) for name in starting.OPTIONS}
-        instead = f"take --initialize-from {arguments.out} into another folder"
-        refuse_options(asked, starting.options_of(training.task), instead)
-        return training
-    return starting.begin(arguments)
+    if not arguments.resume:
+        return starting.begin(arguments)
+    training = starting.resume(arguments.out)
+    asked = {name: getattr(arguments, name) for name in starting.OPTIONS}
+    instead = f"take --initialize-from {arguments.out} into another folder"
+    refuse_options(asked, starting.options_of(training.task), instead)
+    return training
 
 
 @options.command(
@@ -120,7 +125,7 @@ def _training(arguments: Namespace) -> Any:
 )
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or of several that belong together."""
-    from reference.workshop.drawing import curves, save
+    from reference.workshop.drawing import curves, save  # loads matplotlib
 
     runs = [curves.read(run) for run in arguments.runs]
     print(save(curves.figure(runs), arguments.output))

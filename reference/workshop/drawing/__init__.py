@@ -1,7 +1,7 @@
 """Pictures of buildings, evacuations and results: figures, and films.
 
-Clause: A8, each of the paper's figures has a counterpart here; none needs a display.
-Read `page` first, then `plans` and `relief` (buildings), `evacuation`, `web_film` and
+Each of the paper's figures has a counterpart here [A8]; none needs a display.  Read
+`page` first, then `plans` and `relief` (buildings), `evacuation`, `web_film` and
 `film`.  In a notebook, `%load_ext reference.workshop.drawing` shows buildings and
 simulations.
 """

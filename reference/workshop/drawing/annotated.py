@@ -1,8 +1,6 @@
 """Pictures of the annotated paper: formulas, and where Eq. 2 puts a coordinate.
 
-Clauses: D3.
-
-    X   what the fire decides, metres;  X′  where its source appears
+X   what the fire decides, metres;  X′  where its source appears
 """
 
 from base64 import b64encode
@@ -19,7 +17,14 @@ from PIL import Image
 from reference.fire import snapped
 from reference.workshop.drawing import page
 
-_PEN = dict(zip(range(1, 5), "MLQC", strict=True)) | {Path.CLOSEPOLY: "Z"}
+_PEN = {
+    Path.MOVETO: "M",
+    Path.LINETO: "L",
+    Path.CURVE3: "Q",
+    Path.CURVE4: "C",
+    Path.CLOSEPOLY: "Z",
+}
+"""Commands of an SVG path for matplotlib's."""
 
 
 def formula(tex: str, size: float = 16.0) -> str:
@@ -30,10 +35,11 @@ def formula(tex: str, size: float = 16.0) -> str:
     with rc_context({"text.parse_math": True, "mathtext.fontset": "stix"}):
         text = TextPath((0, 0), f"${tex}$", size=size)
     path = text.transformed(Affine2D().scale(1, -1))  # SVG counts downwards
-    drawn = [
-        _PEN[code] + " ".join(f"{v:.1f}" for v in points if code != Path.CLOSEPOLY)
-        for points, code in path.iter_segments()
-    ]
+    drawn = []
+    for points, code in path.iter_segments():
+        drawn.append(_PEN[code])
+        if code != Path.CLOSEPOLY:  # matplotlib gives it a point, SVG none
+            drawn.append(" ".join(f"{v:.1f}" for v in points))
     left, top, wide, tall = path.get_extents().padded(1).bounds
     return (
         f'<svg viewBox="{left:.1f} {top:.1f} {wide:.1f} {tall:.1f}" '
@@ -43,7 +49,8 @@ def formula(tex: str, size: float = 16.0) -> str:
 
 def inline(figure: Figure) -> str:
     """Write a figure into a data URI: a PNG of 64 colours, enough for flat areas."""
-    drawn, small = BytesIO(), BytesIO()
+    drawn = BytesIO()
+    small = BytesIO()
     figure.savefig(drawn, format="png", dpi=110)
     picture = Image.open(drawn).convert("RGB").quantize(64, Image.Quantize.FASTOCTREE)
     picture.save(small, "png", optimize=True)
@@ -58,15 +65,13 @@ DISCS |= dict.fromkeys("pqrstuvwxyz", "person")
 
 def board(rows: list[str]) -> str:
     """Draw a board of a test as shapes of SVG, a unit a cell; page.css colours them."""
-    tiles, flames, signs = dict.fromkeys(["floor", *TILES.values()], ""), "", ""
+    tiles = dict.fromkeys(["floor", *TILES.values()], "")  # the lower first
+    flames = ""
+    signs = ""
     for y, row in enumerate(rows):
         for x, sign in enumerate(row):
-            kind = TILES.get(sign, "floor")
-            if sign == "+":
-                around = rows[max(y - 1, 0) : y + 2]
-                near = "".join(line[max(x - 1, 0) : x + 2] for line in around)
-                kind = "entrance" if set("ABCD") & set(near) else "door"
             if sign != " ":
+                kind = _door_at(rows, x, y) if sign == "+" else TILES.get(sign, "floor")
                 tiles[kind] = tiles.get(kind, "") + f"M{x} {y}h1v1h-1z"
             if sign in DISCS:
                 disc = f'class="b-{DISCS[sign]}" cx="{x}.5" cy="{y}.5" r=".46"'
@@ -76,15 +81,23 @@ def board(rows: list[str]) -> str:
                 signs += f'<text class="b-{of}" x="{x}.5" y="{y}.8">{sign}</text>'
             if sign == "*":
                 flames += f"M{x}.1 {y}.9l.4-.8.4.8z"
-    drawn = (tiles | {"flame": flames}).items()
-    paths = (f'<path class="b-{kind}" d="{d}"/>' for kind, d in drawn if d)
+    shapes = tiles | {"flame": flames}
+    paths = [f'<path class="b-{kind}" d="{d}"/>' for kind, d in shapes.items() if d]
     return "".join(paths) + signs
+
+
+def _door_at(rows: list[str], x: int, y: int) -> str:
+    """Tell an entrance, which a stairwell's letter touches, from a door."""
+    around = rows[max(y - 1, 0) : y + 2]
+    near = "".join(line[max(x - 1, 0) : x + 2] for line in around)
+    return "entrance" if set("ABCD") & set(near) else "door"
 
 
 def snapping() -> Figure:
     """Draw X′ over X: each coordinate becomes the middle of its cell [D3, Eq. 2]."""
     figure = page.sheet("The middle of the nearest cell", 4.6, 4.6)
-    axes, X = figure.subplots(), np.linspace(-2, 3, 500, endpoint=False)
+    axes = figure.subplots()
+    X = np.linspace(-2, 3, 500, endpoint=False)
     axes.plot(X, [snapped(x) for x in X], ".", ms=3, color=page.BLUE, label="X′")
     axes.plot(X, X, ":", lw=1, color=page.FAINT, label="X")
     axes.set(xlabel="X, metres: what the fire decides", ylabel="X′, metres")

@@ -1,7 +1,7 @@
 """Charts of a cross-play: who beats whom, and how fast people get out.
 
-Clause: F12.  Curves are told apart by dashes as well as by colours; brackets and bands
-are 95 % bootstrap intervals of the mean over runs.
+Curves are told apart by dashes as well as by colours; brackets and bands are 95 %
+bootstrap intervals of the mean over runs.
 """
 
 from collections.abc import Sequence
@@ -23,13 +23,14 @@ from reference.workshop.drawing.page import legend, sheet
 EVEN = LinearSegmentedColormap.from_list("even", ["#dc7d33", "#fbf7ef", "#62a0d8"])
 """Survival: orange where the fire wins, blue where the robots do, for every eye."""
 
-_DASHES = [("-", "--", ":", "-.")[(k + k // 8) % 4] for k in range(32)]
-LINES = cycler(color=4 * color_sequences["petroff8"], linestyle=_DASHES)
+_DASHES = ("-", "--", ":", "-.")
+_TURNS = [_DASHES[(k + k // 8) % 4] for k in range(32)]  # one on as colours come again
+LINES = cycler(color=4 * color_sequences["petroff8"], linestyle=_TURNS)
 """Petroff's eight colours, which every eye tells apart, with all dashes in turn."""
 
 
 def players(cells: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]:
-    """All robots or fires, in the order of first appearance."""
+    """List all robots or fires, in the order of first appearance."""
     return list(dict.fromkeys(getattr(cell, side) for cell in cells))
 
 
@@ -39,17 +40,22 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
     caption: what means and intervals are over
     """
     over = caption or "means over a match's runs, with 95 % bootstrap intervals"
-    robots, fires = players(cells, "robots"), players(cells, "fire")
-    means = np.full((len(robots), len(fires)), np.nan)
+    robots = players(cells, "robots")
+    fires = players(cells, "fire")
     names = [fill(name, 22) for name in robots]
-    high = max(0.8, *(0.17 * (1 + name.count("\n")) for name in names))  # of a row
+    lines = max(1 + name.count("\n") for name in names)
+    high = max(0.8, 0.17 * lines)  # inches of a row
     page = sheet("Who beats whom", 3 + 1.7 * len(fires), 2.2 + high * len(robots))
     axes = page.subplots()
+
+    means = np.full((len(robots), len(fires)), np.nan)
     for cell in cells:
-        row, column = robots.index(cell.robots), fires.index(cell.fire)
+        row = robots.index(cell.robots)
+        column = fires.index(cell.fire)
         means[row, column] = cell.survival.mean
         words = "\n".join(mean_and_interval(cell, "survival"))
         axes.text(column, row, words, ha="center", va="center", fontsize=9)
+
     image = axes.imshow(means, EVEN, vmin=0, vmax=1, aspect="auto")
     axes.set(xlabel="fire", ylabel="robots")
     axes.set_xticks(range(len(fires)), [fill(name, 22) for name in fires])
@@ -64,12 +70,15 @@ def curves(results: Sequence[RunResult]) -> Figure:
 
     Means over each strategy's runs, with bands.
     """
-    robots, fires = players(results, "robots"), players(results, "fire")
+    robots = players(results, "robots")
+    fires = players(results, "fire")
     columns = min(len(fires), 3)
     rows = ceil(len(fires) / columns)
-    size = max(7.5, 3.5 * columns), 2.5 * rows + 1.5
-    page = sheet("Evacuation curves, with 95 % intervals", *size)
-    t = np.arange(0, max(run.evacuation_time or 0 for run in results) + 2)
+    width = max(7.5, 3.5 * columns)
+    page = sheet("Evacuation curves, with 95 % intervals", width, 2.5 * rows + 1.5)
+    latest = max(run.evacuation_time or 0 for run in results)
+    t = np.arange(0, latest + 2)
+
     for place, fire in enumerate(fires, 1):
         axes = page.add_subplot(rows, columns, place, xlim=(0, t[-1]), ylim=(0, 102))
         axes.set(xlabel="seconds", ylabel="people out, %")
@@ -83,6 +92,9 @@ def curves(results: Sequence[RunResult]) -> Figure:
             mean, low, high = (100 * line for line in band(np.stack(out)))
             (line,) = axes.plot(t, mean, lw=1.9, label=fill(name, 24))
             axes.fill_between(t, low, high, color=line.get_color(), alpha=0.16, lw=0)
-    columns = min(4, int(size[0] / (0.8 + 0.07 * min(24, max(map(len, robots))))))
+
+    letters = min(24, max(map(len, robots)))
+    entry = 0.8 + 0.07 * letters  # inches
+    columns = min(4, int(width / entry))
     legend(page, axes.lines, ncols=columns, handlelength=3.6)
     return page

@@ -1,7 +1,4 @@
-"""Where people were dense and where they died, on the floors of `plans`.
-
-Clauses: A8, B7.
-"""
+"""Where people were dense and where they died, on the floors of `plans` [A8] [B7]."""
 
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
@@ -22,12 +19,16 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
 
     heading: instead of the building's title
     """
-    building, runs = crowding.building, crowding.runs
-    density, deaths = crowding.density, crowding.deaths
+    building = crowding.building
+    runs = crowding.runs
+    density = crowding.density
+    deaths = crowding.deaths
+
     over = f"{runs} evacuations" if runs > 1 else "one evacuation"
     counts = f": {over}, {deaths.sum():.0f} died"
     title = page.shortened(heading or building.title, 72 - len(counts)) + counts
     figure, panels = page.floor_page(building, title, range(building.floors))
+
     look: Style = {"vmin": 0, "vmax": max(1.0, density.max())}
     look |= {"cmap": DENSITIES, "extent": page.extent_of(building)}
     for floor, axes in panels.items():
@@ -36,8 +37,10 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
         image = axes.imshow(seen, **look)
         cells = np.argwhere(deaths[floor])
         x, y = building.metres(*cells.T)
-        sizes = 22 * deaths[floor][tuple(cells.T)] / runs**0.5
+        here = deaths[floor][tuple(cells.T)]
+        sizes = 22 * here / runs**0.5
         axes.scatter(x, y, np.clip(sizes, 4, None), color=INK, marker="x", zorder=3)
+
     label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
     figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
     cross: Style = {"ls": "", "marker": "x", "color": INK}

@@ -1,7 +1,7 @@
 """Learning curves of both sides over the episodes played, from a training's table.
 
-Clauses: E6.  Both sides play each episode, so they can share this axis; their decisions
-differ in number.
+Both sides play each episode, so they can share this axis; their decisions differ in
+number.
 
     x  episodes played up to a row;  y  what a column says there
 """
@@ -50,14 +50,30 @@ def read(path: str | Path) -> Run:
             f"{file}: there is no such table. Name the folder of a training, or the "
             f"{summaries.SUMMARIES} in it."
         )
-    rows, names = read_table(file, summaries.COLUMNS, _numbers), summaries.COLUMNS
-    return Run(path.name, {k: np.array([row[k] for row in rows]) for k in names})
+    rows = read_table(file, summaries.COLUMNS, _numbers)
+    columns = {
+        name: np.array([row[name] for row in rows]) for name in summaries.COLUMNS
+    }
+    return Run(path.name, columns)
 
 
 def _numbers(row: dict[str, str]) -> dict[str, Any]:
-    """Turn cells into numbers, empty ones into nan."""
-    words = {name: row.pop(name) for name in ("side", "phase")}
-    return words | {k: number(cell) if cell else np.nan for k, cell in row.items()}
+    """Turn cells into numbers, empty ones into nan; two columns hold words."""
+    values: dict[str, Any] = {}
+    for name, cell in row.items():
+        if name in ("side", "phase"):
+            values[name] = cell
+        else:
+            values[name] = number(cell) if cell else np.nan
+    return values
+
+
+class Curve(NamedTuple):
+    """A line of a panel: a column of one side's rows, of both sides' where it is ""."""
+
+    label: str
+    side: str
+    column: str
 
 
 LOOKS: dict[str, Style] = {
@@ -69,27 +85,26 @@ LOOKS: dict[str, Style] = {
 SURVIVORS = "share of people who survive"
 
 
-def _of_both(column: str) -> tuple[tuple[str, str, str], ...]:
-    """Lines of a panel: what a column says of each side."""
-    return ("robots", "robots", column), ("fire", "fire", column)
+def _of_both(column: str) -> list[Curve]:
+    """Make two lines of a panel: what a column says of each side."""
+    return [Curve("robots", "robots", column), Curve("fire", "fire", column)]
 
 
 PANELS = {
-    "reward of an episode, health points": (
-        ("robots", "", summaries.GROUP_REWARD),
-        ("fire", "fire", summaries.OWN_REWARD),
-    ),
-    SURVIVORS: (("people", "", summaries.SURVIVAL),),
+    "reward of an episode, health points": [
+        Curve("robots", "", summaries.GROUP_REWARD),
+        Curve("fire", "fire", summaries.OWN_REWARD),
+    ],
+    SURVIVORS: [Curve("people", "", summaries.SURVIVAL)],
     "entropy of the policies, nats": _of_both("Policy/Entropy"),
-    "losses of the critics, (scaled return)²": (
-        ("robots", "robots", "Losses/Value Loss"),
-        ("robots' baseline", "robots", "Losses/Baseline Loss"),
-        ("fire", "fire", "Losses/Value Loss"),
-    ),
+    "losses of the critics, (scaled return)²": [
+        Curve("robots", "robots", "Losses/Value Loss"),
+        Curve("robots' baseline", "robots", "Losses/Baseline Loss"),
+        Curve("fire", "fire", "Losses/Value Loss"),
+    ],
     "variance of returns that the critics explain": _of_both(summaries.EXPLAINED),
     "signal / noise of the policies' gradients": _of_both(summaries.SIGNAL),
 }
-"""Lines of each panel: a label, whose rows ("" for both sides') and which column."""
 
 
 def points(
@@ -101,7 +116,9 @@ def points(
     """
     lines = []
     for _, columns in runs:
-        known = np.isfinite(columns[column]) & (not side or columns["side"] == side)
+        known = np.isfinite(columns[column])
+        if side:
+            known &= columns["side"] == side
         if known.sum() > 1:
             lines.append((columns[over][known], columns[column][known]))
     return lines
@@ -112,7 +129,8 @@ def smooth(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
     Near the ends the window is cut off.
     """
-    half, sums = SMOOTHING * x[-1] / 2, np.concatenate([[0.0], np.cumsum(y)])
+    half = SMOOTHING * x[-1] / 2
+    sums = np.concatenate([[0.0], np.cumsum(y)])  # a window's sum is a difference
     first = np.searchsorted(x, x - half, "left")
     last = np.searchsorted(x, x + half, "right")
     return (sums[last] - sums[first]) / (last - first)
@@ -122,7 +140,8 @@ def mean_of(lines: Sequence[Line]) -> Line:
     """Average lines at 400 points where all of them are; none unless all overlap."""
     if len(lines) == 1:
         return lines[0]
-    first, last = max(x[0] for x, _ in lines), min(x[-1] for x, _ in lines)
+    first = max(x[0] for x, _ in lines)
+    last = min(x[-1] for x, _ in lines)
     x = np.linspace(first, last, 400 if first < last else 0)
     return x, np.mean([np.interp(x, *line) for line in lines], axis=0)
 
@@ -133,30 +152,39 @@ def figure(runs: Sequence[Run]) -> Figure:
     Faint: a run as recorded, or the running means of several. Bold: the mean of running
     means. Raises ValueError where there is nothing to draw.
     """
-    lines_of = {
-        panel: {k: xy for k, *which in curves if (xy := points(runs, *which))}
-        for panel, curves in PANELS.items()
-    }
-    panels = [panel for panel in lines_of if lines_of[panel]]
+    panels = {title: _lines_of(curves, runs) for title, curves in PANELS.items()}
+    panels = {title: lines_of for title, lines_of in panels.items() if lines_of}
     if not panels:
         raise InputError("too few rows to draw: train for longer first.")
     names = ", ".join(run.name for run in runs)
     whole = page.sheet(f"Learning curves: {names}", 11, 1.9 * len(panels) + 1.5)
-    rest = whole.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
+    column = whole.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
+
     legend = {}
-    for axes, panel in zip(rest, panels, strict=True):
+    for axes, (title, lines_of) in zip(column, panels.items(), strict=True):
         axes.grid(axis="y")
-        axes.set_title(panel)
-        for label, lines in lines_of[panel].items():
+        axes.set_title(title)
+        for label, lines in lines_of.items():
             means = [(x, smooth(x, y)) for x, y in lines]
             for line in means if len(runs) > 1 else lines:
                 axes.plot(*line, lw=0.9, alpha=0.4, color=LOOKS[label]["color"])
             (bold,) = axes.plot(*mean_of(means), lw=2, label=label, **LOOKS[label])
             legend[label] = bold
-    rest[-1].set_xlabel("episodes played by both sides")
+
+    column[-1].set_xlabel("episodes played by both sides")
     words = f"bold: running means over {SMOOTHING:.0%} of the episodes"
     page.legend(whole, [*legend.values()], title=words, handlelength=2.8)
     return whole
+
+
+def _lines_of(curves: Sequence[Curve], runs: Sequence[Run]) -> dict[str, list[Line]]:
+    """Find a panel's lines by label, without those that no run has points of."""
+    lines_of = {}
+    for curve in curves:
+        lines = points(runs, curve.side, curve.column)
+        if lines:
+            lines_of[curve.label] = lines
+    return lines_of
 
 
 def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
@@ -166,14 +194,18 @@ def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
     legend has the order of their ends.
     """
     whole = page.sheet("Survivors in training, by arm", 11, 5.2)
-    axes, lines = whole.subplots(), {}
+    axes = whole.subplots()
+    lines = {}
     for name, runs in arms.items():
-        if survivors := points(runs, "robots", summaries.SURVIVAL, "step"):
+        survivors = points(runs, "robots", summaries.SURVIVAL, "step")
+        if survivors:
             lines[name] = mean_of([(x, smooth(x, y)) for x, y in survivors])
+
     colours = cycler(color=LINES[:8].by_key()["color"])
     axes.set_prop_cycle(cycler(linestyle=["-", "--", ":"]) * colours)
     for name in sorted(lines, key=lambda name: -lines[name][1][-1]):
         axes.plot(*lines[name], lw=1.8, label=name)
+
     axes.grid(axis="y")
     axes.set(xlabel="decisions of the robots", ylabel=SURVIVORS, ylim=(0, 1))
     axes.set_xlim(left=0)

@@ -1,9 +1,9 @@
 """One instant of an evacuation on all floors, or of two side by side, and its curves.
 
-Clauses: B4 and B7 for people's modes and health, C5 for robots and their destinations,
-D3, D7 and A6 for sources, flames and burnt doors.  Shapes tell things apart as well as
-colours do: disc follower, triangle leader, diamond robot, star fire source.  A faint
-line is where a person walked lately: who walks in circles draws one.
+Shapes tell things apart as well as colours do: disc follower, triangle leader [B4],
+diamond robot [C5], star fire source [D3].  People darken as they lose health [B7];
+flames, ash and burnt doors are boxes [D7] [A6].  A faint line is where a person walked
+lately: who walks in circles draws one.
 """
 
 from collections.abc import Sequence
@@ -66,8 +66,10 @@ def tally(world: World) -> Tally:
 
 def history_of(simulation: Simulation) -> list[Tally]:
     """Tally a simulation from its beginning, by its events; only now has spots."""
-    now, out, dead = tally(simulation.world), 0, 0
+    now = tally(simulation.world)
     people = now.out + now.inside + now.dead
+    out = 0
+    dead = 0
     tallies = [Tally(0.0, 0, people, 0)]
     for event in simulation.events:
         out += isinstance(event, Evacuated)
@@ -102,34 +104,38 @@ class Scene:
         """headings: of each; "" is the building's title, further lines are small."""
         count = len(headings)
         rows, columns = page.arranged(building, building.floors)
-        across, down = columns * building.kind.shape[2], rows * building.kind.shape[1]
+        cells_down, cells_across = building.kind.shape[1:]
+        down = rows * cells_down
+        across = columns * cells_across
         width = 9 + 2 * count
         high = min(5.2, 0.85 * width / count * down / across)
         letters = int(6.8 * width / count)  # of a title; others are half as wide
+
         self.figure = Figure((width, high + 3.5), layout="constrained")
         look: Style = {"height_ratios": (high, 1), "squeeze": False}
         pairs = self.figure.subplots(2, count, **look).T
         for (axes, curve), heading in zip(pairs, headings, strict=True):
             moves = _paint_floors(axes, building, 72 * high / down)
-            title, *words = (heading or building.title).split("\n")
-            look = {"fontsize": 14, "weight": "bold", "pad": 38 + 13 * len(words)}
-            axes.set_title(page.shortened(title, letters), **look)
-            for row, line in enumerate(reversed(words)):
-                _note(axes, page.shortened(line, 2 * letters), 0, 36 + 13 * row, 9)
+            _write_heading(axes, heading or building.title, letters)
             curve.set(xlim=(0, paper.health_seconds()), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")
             curve.locator_params(axis="y", integer=True)
-        health = ScalarMappable(Normalize(0, paper.HEALTH), HEALTHS)
-        look = {"label": "health", "aspect": 40, "pad": 0.01, "panchor": (0, 1)}
-        self.figure.colorbar(health, ax=pairs[:, 0], **look)
-        shapes = page.samples(looks(7.5) | CURVES)
-        cells = page.swatches(building.kind[building.kind != Kind.FLOOR])
-        page.legend(self.figure, [*shapes, *cells], ncols=9)
+        self._add_legends(pairs[:, 0], building)
+
         for _ in range(2):  # to lay out ticks, then the page around them
             self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")  # a film's page must not jump
         self.sides = [Side(axes, curve, building, moves) for axes, curve in pairs]
         self.moving = [artist for side in self.sides for artist in side.moving]
+
+    def _add_legends(self, axes: np.ndarray, building: Building) -> None:
+        """Add the scale of health beside the floors, and all shapes below."""
+        health = ScalarMappable(Normalize(0, paper.HEALTH), HEALTHS)
+        look: Style = {"label": "health", "aspect": 40, "pad": 0.01, "panchor": (0, 1)}
+        self.figure.colorbar(health, ax=axes, **look)
+        shapes = page.samples(looks(7.5) | CURVES)
+        cells = page.swatches(building.kind[building.kind != Kind.FLOOR])
+        page.legend(self.figure, [*shapes, *cells], ncols=9)
 
     def show(self, world: World, history: Sequence[Tally], side: int = 0) -> None:
         """Move everything of one evacuation to where it is in a world."""
@@ -141,10 +147,14 @@ class Side:
 
     def __init__(self, axes: Axes, curve: Axes, building: Building, moves: np.ndarray):
         """moves: (floors, 2) metres, see `_paint_floors`."""
-        self.axes, self.building, self.moves, self.curve = axes, building, moves, curve
+        self.axes = axes
+        self.curve = curve
+        self.building = building
+        self.moves = moves
         self.centres = navigation_of(building).centres
         for area in building.areas:
             plans.write_name(axes, building, area, 7.0, moves[area.floor])
+
         own = looks(plans.points_per_metre(axes))
         crowd: Style = {"cmap": HEALTHS, "vmin": 0, "vmax": paper.HEALTH, "c": []}
         crowd |= {"ec": INK, "lw": 0.7, "zorder": 5}
@@ -156,6 +166,7 @@ class Side:
         self.marks = {k: axes.plot([], [], **look)[0] for k, look in own.items()}
         self.lines = {k: curve.plot([], [], **look)[0] for k, look in CURVES.items()}
         self.texts = [_note(axes, "", x, 20, 12) for x in (0, 80)]
+
         there = [*self.marks.values(), *self.people.values()]
         there.sort(key=Artist.get_zorder)
         self.moving: list[Artist] = [*self.texts, *there, *self.lines.values()]
@@ -166,7 +177,8 @@ class Side:
         self._show_robots(world)
         self._show_trails(world, history)
         self._show_people(world)
-        times, now = [tally.time for tally in history], history[-1]
+        now = history[-1]
+        times = [tally.time for tally in history]
         clock, counts = self.texts
         clock.set_text(f"after {now.time:.0f} s:")
         counts.set_text(f"{now.inside} inside, {now.out} out, {now.dead} dead")
@@ -174,9 +186,10 @@ class Side:
             line.set_data(times, [getattr(tally, name) for tally in history])
 
     def on_page(self, floor: Any, position: Any) -> np.ndarray:
-        """Places (2, k) on the axes of k floors and (k, 2) metres."""
-        floor = np.asarray(floor, dtype=int).reshape(-1)
-        return (np.asarray(position, float).reshape(-1, 2) + self.moves[floor]).T
+        """Find places on the axes, (2, k), of k floors and (k, 2) metres."""
+        floors = np.asarray(floor, dtype=int).reshape(-1)
+        places = np.asarray(position, dtype=float).reshape(-1, 2)
+        return (places + self.moves[floors]).T
 
     def _show_people(self, world: World) -> None:
         bodies = world.bodies
@@ -194,32 +207,49 @@ class Side:
         if len(recent) < max(2, min(TRAIL_SECONDS, history[-1].time)):
             return
         floor, x, y = np.stack(recent, axis=1)[world.bodies.inside].T  # (tallies, n)
-        ways = self.on_page(floor, np.stack([x, y], axis=2)).reshape(2, *x.shape)
-        ways = np.pad(ways, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan)
-        self.marks[TRAIL].set_data(*ways.swapaxes(1, 2).reshape(2, -1))
+        places = self.on_page(floor, np.stack([x, y], axis=2)).reshape(2, *x.shape)
+        # One line draws all trails: after each a NaN, where it is interrupted.
+        trails = np.pad(places, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan)
+        x, y = trails.swapaxes(1, 2).reshape(2, -1)
+        self.marks[TRAIL].set_data(x, y)
 
     def _show_robots(self, world: World) -> None:
         robots = world.robots
-        sent = [r for r in robots if r.active and r.destination is not None]
-        start = self.on_page([r.floor for r in sent], [r.position for r in sent])
-        there = self.on_page([r.floor for r in sent], [r.destination for r in sent])
-        ways = np.stack([start, there, np.full_like(there, np.nan)], axis=2)
         self._put("robot", [r.floor for r in robots], [r.position for r in robots])
-        self.marks["destination"].set_data(*ways.reshape(2, -1))
+
+        sent = [r for r in robots if r.active and r.destination is not None]
+        floors = [r.floor for r in sent]
+        start = self.on_page(floors, [r.position for r in sent])
+        there = self.on_page(floors, [r.destination for r in sent])
+        between = np.full_like(there, np.nan)  # where the line is interrupted
+        x, y = np.stack([start, there, between], axis=2).reshape(2, -1)
+        self.marks["destination"].set_data(x, y)
 
     def _show_fire(self, world: World) -> None:
-        burnt = np.isin(self.building.landmark, [*world.burnt])
         flames = world.flames
-        fire = {"flames": flames.burning, "ash": flames.ash, "burnt door": burnt}
-        for name, cells in fire.items():
-            place = np.flatnonzero(cells)
-            self._put(name, place // cells[0].size, self.centres[place])
-        sources = world.flames.sources
-        lit = [(source.x, source.y) for source in sources]
-        self._put("fire source", [source.floor for source in sources], lit)
+        self._put_cells("flames", flames.burning)
+        self._put_cells("ash", flames.ash)
+        burnt = np.isin(self.building.landmark, [*world.burnt])
+        self._put_cells("burnt door", burnt)
+        lit = [(source.x, source.y) for source in flames.sources]
+        self._put("fire source", [source.floor for source in flames.sources], lit)
+
+    def _put_cells(self, name: str, cells: np.ndarray) -> None:
+        """Put marks on some cells; cells: (floors, rows, columns), which of all."""
+        place = np.flatnonzero(cells)
+        self._put(name, place // cells[0].size, self.centres[place])
 
     def _put(self, name: str, floor: Any, position: Any) -> None:
         self.marks[name].set_data(*self.on_page(floor, position))
+
+
+def _write_heading(axes: Axes, heading: str, letters: int) -> None:
+    """Write a title that has room for letters, and further lines small below it."""
+    title, *words = heading.split("\n")
+    look: Style = {"fontsize": 14, "weight": "bold", "pad": 38 + 13 * len(words)}
+    axes.set_title(page.shortened(title, letters), **look)
+    for row, line in enumerate(reversed(words)):
+        _note(axes, page.shortened(line, 2 * letters), 0, 36 + 13 * row, 9)
 
 
 def _note(axes: Axes, words: str, x: float, y: float, size: float) -> Text:
@@ -236,15 +266,17 @@ def _paint_floors(axes: Axes, building: Building, metre: float) -> np.ndarray:
     left, right, low, high = page.extent_of(building)
     _, columns = page.arranged(building, building.floors)
     row, column = np.divmod(np.arange(building.floors), columns)
-    step = 1.1 * (right - left), high - low + 20 / metre  # with room for names
-    moves = np.stack([column * step[0], -row * step[1]], axis=1)
-    letters = int(step[0] * metre / 6.5)
+    across = 1.1 * (right - left)
+    down = high - low + 20 / metre  # with room for names
+    moves = np.stack([column * across, -row * down], axis=1)
+    letters = int(across * metre / 6.5)
     for floor, (x, y) in enumerate(moves):
         extent = (left + x, right + x, low + y, high + y)
         axes.imshow(page.paint(building.kind[floor]), extent=extent)
         name = page.shortened(page.floor_title(building, floor), letters)
         axes.annotate(name, (left + x, high + y), (0, 3), textcoords="offset points")
-    axes.set(xlim=(left, right + max(moves[:, 0])), ylim=(low + min(moves[:, 1]), high))
+    axes.set_xlim(left, right + max(moves[:, 0]))
+    axes.set_ylim(low + min(moves[:, 1]), high)
     scale = 5 * int(np.ceil(5 / metre))  # whose labels stay apart
     axes.set(yticks=[], xticks=[left, left + scale], xticklabels=["0", f"{scale} m"])
     axes.spines[:].set_visible(False)
@@ -252,7 +284,7 @@ def _paint_floors(axes: Axes, building: Building, metre: float) -> np.ndarray:
 
 
 def looks(metre: float) -> dict[str, Style]:
-    """Look of all that moves, the upper later; metre: in points."""
+    """Choose the look of all that moves, the upper later; metre: in points."""
     mark = float(np.clip(metre, 5, 10))
     line: Style = {"ls": (0, (4, 2)), "lw": 0.8, "color": INK, "markevery": (1, 3)}
     return {

@@ -1,8 +1,8 @@
 """An evacuation, or several side by side, as a moving picture: GIF, web page, or MP4.
 
-Clause: A8, extended in time.  A web page holds data, see `web_film`.  In the others
-what stands still is painted once, and only what moved is painted on top (blitting); a
-GIF stores only the pixels that changed.
+The paper's figures, extended in time [A8].  A web page holds data, see `web_film`.  In
+the others what stands still is painted once, and only what moved is painted on top
+(blitting); a GIF stores only the pixels that changed.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -51,11 +51,13 @@ def animate(
     """
     if isinstance(simulations, Simulation):
         simulations = [simulations]
-    target, suffix = Path(path), Path(path).suffix.lower()
+    target = Path(path)
+    suffix = target.suffix.lower()
     if suffix not in (".gif", ".html", ".mp4"):
         raise InputError(f"{target}: write a .gif, .html or .mp4")
     if suffix == ".mp4" and which("ffmpeg") is None:
         raise InputError(f"{target}: needs ffmpeg; install it or write a .gif or .html")
+
     instants = _instants(simulations, going or ticks(simulations))
     with replacing(target) as partial:
         if suffix == ".html":
@@ -72,7 +74,7 @@ def animate(
 
 
 def _instants(runs: Sequence[Simulation], going: Iterable[None]) -> Iterator[bool]:
-    """Pause at 0 s, then for every frame, then at the end; is it the end?"""
+    """Pause at 0 s, then for every frame, then at the end; yield whether it is that."""
     every = round(seconds_per_frame(runs[0]) / runs[0].tick)
     limit = round(runs[0].scenario.time_limit)
     with tqdm(total=limit, unit=" s", disable=None, desc="filming") as bar:
@@ -87,7 +89,8 @@ def _frames(
     scene: Scene, runs: Sequence[Simulation], instants: Iterable[bool], pace: float
 ) -> Iterator[Frame]:
     """Paint each instant, to be seen for `pace` seconds, the last one longer."""
-    pixels, histories = painter(scene), [list[Tally]() for _ in runs]
+    pixels = painter(scene)
+    histories = [list[Tally]() for _ in runs]
     for over in instants:
         for side, (run, history) in enumerate(zip(runs, histories, strict=True)):
             history.append(tally(run.world))

@@ -1,8 +1,7 @@
 """Style sheet, pages and legends of all pictures; and saving them.
 
-Clauses: A2, A3 and A4 for the colours of doors, entrances and exits.  All sizes of a
-page are inches, all places in a building metres, as in `building`.  Importing this
-module sets matplotlib's style.
+All sizes of a page are inches, all places in a building metres, as in `building`.
+Importing this module sets matplotlib's style.
 """
 
 import re
@@ -54,7 +53,7 @@ style.use(Path(__file__).with_name("pictures.mplstyle"))
 
 def show(path: Path) -> None:
     """Show a PNG file in a window, always the same; without a display do nothing."""
-    from matplotlib import pyplot
+    from matplotlib import pyplot  # slow, and only for a window
 
     window = pyplot.figure("floor map", figsize=(11, 7), clear=True)
     if window.canvas.required_interactive_framework and path.suffix == ".png":
@@ -75,7 +74,8 @@ def save(figure: Figure, path: str | Path) -> Path:
 
     Raises ValueError for another suffix, OSError where the path cannot be written.
     """
-    content, target = BytesIO(), Path(path)
+    target = Path(path)
+    content = BytesIO()  # first of all in memory: a full disk leaves nothing half-made
     figure.savefig(content, format=target.suffix[1:].lower())
     write_whole(target, content.getbuffer())
     return target
@@ -90,9 +90,10 @@ def sheet(title: str, width: float, height: float, layout: Any = None) -> Figure
 
 def shortened(words: str, longest: int) -> str:
     """Cut the middle out of long words, such as paths, then the end of all off."""
-    for k in range(longest // 2, longest // 4, -1):  # letters that ends of words keep
+    for kept in range(longest // 2, longest // 4, -1):  # letters at each end of a word
         if len(words) > longest:
-            words = re.sub(rf"(\S{{{k}}})\S\S+(\S{{{k}}})", r"\1…\2", words)
+            end = rf"(\S{{{kept}}})"
+            words = re.sub(rf"{end}\S\S+{end}", r"\1…\2", words)
     return words if len(words) <= longest else f"{words[: longest - 1]}…"
 
 
@@ -105,14 +106,14 @@ def legend(figure: Figure, handles: Sequence[Artist], **look: Any) -> None:
 
 
 def swatches(cells: ArrayLike, **more: str) -> list[Artist]:
-    """Legend entries for the kinds that occur among cells, and for more colours."""
+    """Make legend entries for kinds that occur among cells, and for more colours."""
     kinds = [kind for kind in MEANINGS if kind in np.asarray(cells)]
     inks = {MEANINGS[kind]: COLOURS[kind] for kind in kinds} | more
     return [Patch(fc=ink, ec=FAINT, lw=0.5, label=name) for name, ink in inks.items()]
 
 
 def samples(looks: Mapping[str, Style]) -> list[Artist]:
-    """Legend entries for lines and markers, by name."""
+    """Make legend entries for lines and markers, by name."""
     return [Line2D([], [], label=name, **look) for name, look in looks.items()]
 
 
@@ -125,8 +126,11 @@ def floor_page(
     """Make a titled figure with a panel in metres for each of the floors."""
     rows, columns = arranged(building, len(floors))
     down, across = np.multiply((rows, columns), building.kind.shape[1:])
-    width, height = min(12, 6 * across / down) + 0.7, min(6, 12 * down / across) + 1.5
-    figure, panels = sheet(title, max(width, 9), height, "compressed"), {}
+    width = min(12, 6 * across / down) + 0.7
+    height = min(6, 12 * down / across) + 1.5
+    figure = sheet(title, max(width, 9), height, "compressed")
+
+    panels = {}
     for place, floor in enumerate(floors, 1):
         panels[floor] = figure.add_subplot(rows, columns, place)
         paint_floor(panels[floor], building, floor, alpha)
@@ -135,10 +139,16 @@ def floor_page(
 
 
 def arranged(building: Building, floors: int) -> tuple[int, int]:
-    """Rows and columns of floors that make a page about twice as wide as high."""
+    """Choose rows and columns of floors for a page about twice as wide as high."""
     high, wide = building.kind.shape[1:]
-    pairs = [(ceil(floors / k), k) for k in range(1, floors + 1)]
-    return min(pairs, key=lambda pair: abs(log(pair[1] * wide / (pair[0] * high) / 2)))
+
+    def unlike(columns: int) -> float:
+        """How far a page is from twice as wide as high; half and double are alike."""
+        rows = ceil(floors / columns)
+        return abs(log(columns * wide / (rows * high) / 2))
+
+    columns = min(range(1, floors + 1), key=unlike)
+    return ceil(floors / columns), columns
 
 
 def paint_floor(axes: Axes, building: Building, floor: int, alpha: float = 1.0) -> None:
@@ -153,16 +163,17 @@ def paint_floor(axes: Axes, building: Building, floor: int, alpha: float = 1.0) 
 def floor_title(building: Building, floor: int) -> str:
     """Name a floor: "Floor 2: offices", or "Floor 2" where the drawing has no name."""
     name = building.drawing.storeys[floor].name
-    return shortened(f"Floor {floor + 1}: {name}" if name else f"Floor {floor + 1}", 28)
+    title = f"Floor {floor + 1}"
+    return shortened(f"{title}: {name}" if name else title, 28)
 
 
 def extent_of(building: Building) -> tuple[float, float, float, float]:
-    """Left, right, bottom and top of all cells of a building's floors, metres."""
+    """Measure left, right, bottom and top of a building's floors, metres."""
     rows, cols = building.kind.shape[1:]
     left, top = building.metres(-0.5, -0.5)
     return left, left + cols, top - rows, top
 
 
 def paint(kind: np.ndarray, inks: Mapping[Kind, str] = COLOURS) -> np.ndarray:
-    """(...) kinds -> (..., 3) colours 0 to 1."""
+    """Colour cells by their kinds: (...) -> (..., 3), from 0 to 1."""
     return np.array([to_rgb(inks[k]) for k in Kind])[kind]

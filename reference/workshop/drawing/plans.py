@@ -1,6 +1,6 @@
 """Floors from above, and the graph of rooms drawn over them.
 
-Clauses: A2 for the graph, A8 (Figs. 4-6).  Every panel is in metres, north is up.
+Every panel is in metres, north is up.
 """
 
 from itertools import combinations_with_replacement
@@ -20,10 +20,15 @@ _BOX: Style = {"boxstyle": "round,pad=0.3", "fc": "white", "ec": page.TEXT, "lw"
 _SMALL_TEXT, _SMALLEST_TEXT = 6.0, 4.0
 _LETTER = 0.62  # width of a letter, in heights
 
-_SIGNS = (Kind.DOOR, "s", 4), (Kind.ENTRANCE, "s", 4), (Kind.EXIT, "*", 11)
+
+def _way(marker: str, size: float, colour: str) -> Style:
+    return {"color": colour, "lw": 1.8, "marker": marker, "ms": size}
+
+
 WAYS: dict[Kind, Style] = {
-    kind: {"color": COLOURS[kind], "lw": 1.8, "marker": marker, "ms": size}
-    for kind, marker, size in _SIGNS
+    Kind.DOOR: _way("s", 4, COLOURS[Kind.DOOR]),
+    Kind.ENTRANCE: _way("s", 4, COLOURS[Kind.ENTRANCE]),
+    Kind.EXIT: _way("*", 11, COLOURS[Kind.EXIT]),
 }
 """Edges of the graph: a mark at the door, lines to the rooms on its sides."""
 
@@ -39,8 +44,9 @@ def top(building: Building, floor: int | None = None) -> Figure:
     figure, panels = page.floor_page(building, building.title, floors)
     page.legend(figure, page.swatches(building.kind[floors]))
     figure.draw_without_rendering()
-    for area in (area for area in building.areas if area.floor in panels):
-        write_name(panels[area.floor], building, area)
+    for area in building.areas:
+        if area.floor in panels:
+            write_name(panels[area.floor], building, area)
     return figure
 
 
@@ -56,12 +62,15 @@ def graph(building: Building) -> Figure:
     ways = {page.MEANINGS[kind]: look for kind, look in WAYS.items() if kind in kinds}
     page.legend(figure, page.samples(nodes | ways))
     figure.draw_without_rendering()
+
     for *sides, key in building.graph.edges(keys=True):
-        if key in building.landmark_of:  # stairs are none
-            mark = building.landmark_of[key]
-            for side in (side for side in sides if side in building.area_of):
-                way = _way_from(mark, building.area_of[side], building)
-                panels[mark.floor].plot(*way, **WAYS[mark.kind], markevery=[0])
+        mark = building.landmark_of.get(key)
+        if mark is None:  # stairs
+            continue
+        for side in sides:
+            if side in building.area_of:  # the outside is no room
+                x, y = _way_from(mark, building.area_of[side], building)
+                panels[mark.floor].plot(x, y, **WAYS[mark.kind], markevery=[0])
     for area in building.areas:
         axes = panels[area.floor]
         axes.plot(*node_of(building, area), **NODES[area.kind])
@@ -71,38 +80,45 @@ def graph(building: Building) -> Figure:
 
 
 def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:
-    """(2, k) metres: corners of the way from a door through a room to its node."""
-    nav, node = navigation_of(building), node_of(building, area)
+    """Find the corners of the way from a door to its room's node: (2, k) metres."""
+    nav = navigation_of(building)
+    node = node_of(building, area)
+    start = nav.place(area.floor, *node)
+    door = int(nav.goals[mark.index][0])
     inside = (building.area == area.index) | (building.landmark == mark.index)
-    start, door = nav.place(area.floor, *node), int(nav.goals[mark.index][0])
-    chain = [start, *nav.way(start, door, np.where(inside, 1.0, np.inf))]
-    return np.vstack([node, nav.centres[nav.corners(chain)], mark.position])[::-1].T
+    costs = np.where(inside, 1.0, np.inf)  # no way leads through another room
+    chain = [start, *nav.way(start, door, costs)]
+    corners = nav.centres[nav.corners(chain)]
+    return np.vstack([node, corners, mark.position])[::-1].T
 
 
 # -- Names that fit into their rooms ------------------------------------------------
 
 
 def widest(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Middle (row, column) and size (rows, columns) of a room's largest rectangle.
+    """Find a room's largest rectangle: middle (row, column), size (rows, columns).
 
     cells: (k, 2) rows and columns of the room
     """
     first = cells.min(axis=0)
     room = np.zeros(np.ptp(cells, axis=0) + 1, dtype=bool)
     room[tuple((cells - first).T)] = True
+
+    # All spans of rows: the widest run of columns that is room in every one of them.
     rectangles = []
     for top, last in combinations_with_replacement(range(len(room)), 2):
         inside = room[top : last + 1].all(axis=0)
         borders = np.flatnonzero(np.diff(inside, prepend=False, append=False))
         for left, right in borders.reshape(-1, 2):
             rectangles.append((top, left, last + 1 - top, right - left))
+
     *corner, height, width = max(rectangles, key=lambda box: box[2] * box[3])
     size = np.array((height, width))
     return first + corner + (size - 1) / 2, size
 
 
 def node_of(building: Building, area: Area) -> tuple[float, float]:
-    """Middle of the widest part of a room, metres."""
+    """Find the middle of the widest part of a room, metres."""
     return building.metres(*widest(area.cells)[0])
 
 
@@ -120,26 +136,30 @@ def write_name(
     """
     size, upright = lettering(area, points_per_metre(axes), largest)
     if size:
-        x, y = np.add(node_of(building, area), 0 if move is None else move)
+        x, y = node_of(building, area)
+        if move is not None:
+            x, y = np.add((x, y), move)
         place: Style = {"ha": "center", "va": "center"}
         place["rotation"] = 90 if upright else 0
         axes.text(x, y, area.name, fontsize=size, **place, **look)
 
 
 def lettering(area: Area, metre: float, largest: float) -> tuple[float, bool]:
-    """Size of a room's name in its room, and whether it is upright; 0: it has no place.
+    """Choose the size of a room's name, 0 where it has no place; and if it is upright.
 
     metre, largest: points
     """
     high, wide = 0.9 * metre * widest(area.cells)[1]
-    level, steep = (x / _LETTER / len(area.name) for x in (wide, high))
+    level = wide / _LETTER / len(area.name)
+    steep = high / _LETTER / len(area.name)
     upright = bool(level < _SMALL_TEXT < steep)
     size = min(steep if upright else level, largest)
-    fits = size >= _SMALLEST_TEXT and not area.name.startswith("room-")
-    return (size if fits else 0.0), upright
+    if size < _SMALLEST_TEXT or area.name.startswith("room-"):
+        return 0.0, upright
+    return size, upright
 
 
 def points_per_metre(axes: Axes) -> float:
-    """How many points on the page, once it is laid out, show a metre."""
+    """Measure how many points on the page, once it is laid out, show a metre."""
     (left, _), (right, _) = axes.transData.transform([(0, 0), (72, 0)])
     return float(right - left) / axes.figure.dpi

@@ -1,7 +1,6 @@
 """The building seen obliquely from above: whole, where one may walk, and up close.
 
-Clauses: A1 for the unit cubes, A2, A3 and A4 for what is shown up close, A7 for the
-walkable cells, A8 (Figs. 1 to 3).  The view is our own parallel projection, from the
+A cell is a cube of 1 m [A1].  The view is our own parallel projection, from the
 south-west; boxes are painted back to front.
 
     x, y, z  metres east, north and up;  u, v  metres right and up on the page
@@ -19,7 +18,8 @@ from reference.workshop.drawing import page
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.workshop.drawing.plans import WAYS
 
-TURN, TILT = np.radians(28), np.radians(34)  # of the view: from south, above the flat
+TURN = np.radians(28)  # of the view, from south
+TILT = np.radians(34)  # of the view, above the flat
 SLAB = 0.6  # metres of ceiling below a floor
 GAP = 4.0  # metres of page between two storeys, the lower one's walls included
 WINDOW = np.array((12, 15))  # rows and columns that a close-up shows
@@ -69,9 +69,10 @@ def closeup(building: Building) -> Figure:
     figure = page.sheet(f"{building.title}: ways through, up close", 12, 3.8)
     panels = figure.subplots(1, len(kinds), squeeze=False)[0]
     for axes, kind in zip(panels, kinds, strict=True):
-        cells, middle = building.kind[first[kind].floor], first[kind].cells[0]
-        top, left = np.clip(middle - WINDOW // 2, 0, None)
-        piece = cells[top : top + WINDOW[0], left : left + WINDOW[1]]
+        mark = first[kind]
+        top, left = np.clip(mark.cells[0] - WINDOW // 2, 0, None)
+        rows, columns = WINDOW
+        piece = building.kind[mark.floor, top : top + rows, left : left + columns]
         add_boxes(axes, piece, SOLID)
         look: Style = {"color": COLOURS[kind], "weight": "bold", "loc": "center"}
         axes.set_title(page.MEANINGS[kind], **look)
@@ -83,9 +84,11 @@ def _storeys(building: Building, title: str, look: Look) -> Figure:
     """Draw all storeys, joined by dashed lines through their stairwells [A3]."""
     rows, cols = building.kind.shape[1:]
     left, *_, north = page.extent_of(building)
-    lift = GAP + np.sin(TILT) * min(cols / np.sin(TURN), rows / np.cos(TURN))
+    away = min(cols / np.sin(TURN), rows / np.cos(TURN))  # across a floor, as one looks
+    lift = GAP + np.sin(TILT) * away
     figure = page.sheet(title, 9, min(2.5 + 2.2 * building.floors, 9))
     axes = figure.subplots()
+
     for floor in range(building.floors):
         add_boxes(axes, building.kind[floor], look, floor * lift)
         name = page.floor_title(building, floor).replace(": ", "\n")
@@ -94,12 +97,13 @@ def _storeys(building: Building, title: str, look: Look) -> Figure:
             if shaft.leads_down(floor + 1):
                 x, y = np.subtract(shaft.centre, (left, north))
                 u, v = project(np.array((x, y, 0)))
-                axes.plot([u, u], v + np.array((floor, floor + 1)) * lift, **_LINK)
+                ends = np.array((floor, floor + 1)) * lift
+                axes.plot([u, u], v + ends, **_LINK)
     return figure
 
 
 def project(points: np.ndarray) -> np.ndarray:
-    """(..., 3) metres in the building -> (..., 2) metres on the page."""
+    """Project metres in the building (..., 3) to metres on the page (..., 2)."""
     x, y, z = np.moveaxis(points, -1, 0)
     across = x * np.cos(TURN) - y * np.sin(TURN)
     away = x * np.sin(TURN) + y * np.cos(TURN)
@@ -120,21 +124,31 @@ SHADES = np.array((0.62, 0.8, 1.0))
 
 def add_boxes(axes: Axes, kind: np.ndarray, look: Look, up: float = 0.0) -> None:
     """Paint (rows, cols) cells as boxes, back to front; up: metres on the page."""
+    # Heights of all cells, with a rim around them.
     top = np.array([look.heights.get(each, 0.0) for each in Kind])[kind]
     steps = np.arange(len(kind), 0, -1)[:, None] % 5 * 0.25
-    around = np.pad(np.where(kind == Kind.STAIRS, steps, top), 1, constant_values=-SLAB)
-    row, col = np.nonzero(kind[:, ::-1])  # from the north, in a row from the east
+    heights = np.where(kind == Kind.STAIRS, steps, top)
+    around = np.pad(heights, 1, constant_values=-SLAB)
+
+    # Boxes from the north, in a row from the east: what is nearer is painted later.
+    row, col = np.nonzero(kind[:, ::-1])
     col = kind.shape[1] - 1 - col
-    rise = around[row + 1, col + 1]
-    low = np.stack([around[row + 2, col + 1], around[row + 1, col], 0 * rise - SLAB], 1)
-    rise = rise[:, None] - low  # (k, 3) of each side, above its neighbour's top
+    own = around[row + 1, col + 1]
+    south = around[row + 2, col + 1]
+    west = around[row + 1, col]
+    ground = np.full_like(own, -SLAB)
+    low = np.stack([south, west, ground], axis=1)  # where each of SIDES begins
+    rise = own[:, None] - low
     corner = np.stack(np.broadcast_arrays(col[:, None], -row[:, None], low), axis=2)
     size = np.stack(np.broadcast_arrays(1.0, 1.0, rise), axis=2)
     corners = corner[:, :, None] + SIDES * size[:, :, None]  # (k, 3, 4, 3)
+
+    # Only sides that rise above the neighbour are seen.
     seen = rise > 0
-    fill = page.paint(kind[row, col], look.inks)[:, None] * SHADES[:, None]
-    line: Style = {"ec": look.edges or fill[seen], "lw": 0.3 if look.edges else 0.5}
     places = project(corners[seen]) + np.array((0.0, up))
-    axes.add_collection(PolyCollection(places, fc=fill[seen], zorder=2, **line))
+    colours = page.paint(kind[row, col], look.inks)[:, None] * SHADES[:, None]
+    fill = colours[seen]
+    line: Style = {"ec": look.edges or fill, "lw": 0.3 if look.edges else 0.5}
+    axes.add_collection(PolyCollection(places, fc=fill, zorder=2, **line))
     axes.set(aspect="equal")
     axes.set_axis_off()

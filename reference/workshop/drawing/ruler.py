@@ -1,7 +1,7 @@
 """Charts of the score: what a reward is worth, and E over reward and difficulty.
 
-Clauses: F1, F2, F3, F6, F9, F10.  `curve` explains the ruler, `contours` shows where on
-it evaluated strategies stand.
+`curve` explains the ruler [F1] [F2] [F3], `contours` shows where on it evaluated
+strategies stand.
 
     R   reward, health points;  h   difficulty;  E   score;  y   what R is worth
 """
@@ -43,22 +43,27 @@ def curve(ruler: Ruler | None = None, best_reward: float = BEST_REWARD) -> Figur
         "y = β, so that E = 1 without fire": ruler.reward_at(β),
         "y = 1/c": 0.0,
     }
-    room = 0.05 * np.ptp([*points.values()])
-    R = np.linspace(min(points.values()) - room, max(points.values()) + room, 600)
+    least = min(points.values())
+    most = max(points.values())
+    room = 0.05 * (most - least)
+    R = np.linspace(least - room, most + room, 600)
     axes.plot(R, ruler.reward_part(R), color=BLUE, lw=2.4)
     for (name, at), marker in zip(points.items(), MARKERS, strict=False):
-        y, slope = ruler.reward_part(at), ruler.slope(at)
+        y = ruler.reward_part(at)
+        slope = ruler.slope(at)
         words = f"{name}: R = {at:,.0f}, y = {y:,.4g}, slope {slope:.3g}"
         axes.plot(at, y, marker, color=BLUE, mec="white", ms=8, zorder=5, label=words)
         x = np.array((at - room, at + room))
         axes.plot(x, y + slope * (x - at), color=EMBER, lw=1.7, ls="--", zorder=4)
+
     axes.set_title(
         f"α = {ruler.alpha:g}, b = {ruler.base:.5g}, c = {ruler.control:.4g}"
     )
     axes.set(xlabel="reward R, health points", ylabel="y = b^(R/α) / c")
     axes.legend(loc="upper left", title="dashed: the slopes dy/dR", alignment="left")
-    times = partial(np.multiply, 1 / β), partial(np.multiply, β)
-    score = axes.secondary_yaxis("right", functions=times)
+    to_score = partial(np.multiply, 1 / β)
+    from_score = partial(np.multiply, β)
+    score = axes.secondary_yaxis("right", functions=(to_score, from_score))
     score.set_ylabel("E = y / β, without fire")
     score.spines["right"].set_visible(True)
     return figure
@@ -75,17 +80,25 @@ def contours(ruler: Ruler, cells: Sequence[Cell]) -> Figure:
     axes = figure.subplots()
     rewards = [R for cell in shown for R in cell.reward]
     hard = [h for cell in shown for h in cell.difficulty]
-    worst, one = ruler.reward_at(paper.WORST_POINT[1]), ruler.reward_at(ruler.beta)
-    left, right = min([0.0, one + (worst - one) / 4, *rewards]), max([one, *rewards])
+
+    # The page shows all matches, and at least the upper quarter of the ruler.
+    worst = ruler.reward_at(paper.WORST_POINT[1])
+    one = ruler.reward_at(ruler.beta)  # where E = 1 without fire
+    left = min([0.0, one + (worst - one) / 4, *rewards])
+    right = max([one, *rewards])
     room = 0.05 * (right - left)
     wide = np.linspace(left - room, right + room, 200)
-    high = np.linspace(0, 1.05 * max([ruler.difficulty_at(wide[0]), *hard]), 200)
+    top = max([ruler.difficulty_at(wide[0]), *hard])
+    high = np.linspace(0, 1.05 * top, 200)
     E = ruler.score(*np.meshgrid(wide, high))
     shades = axes.contourf(wide, high, E, LEVELS, cmap="BrBG", alpha=0.6, extend="max")
     axes.contour(wide, high, E, [1], colors=TEXT, linewidths=2.4)
-    robots, fires = players(shown, "robots"), players(shown, "fire")
+
+    robots = players(shown, "robots")
+    fires = players(shown, "fire")
     for cell in shown:
-        (x, *across), (y, *up) = cell.reward, cell.difficulty
+        x, *across = cell.reward
+        y, *up = cell.difficulty
         axes.plot(across, (y, y), (x, x), up, color=TEXT, lw=1)
         marker = MARKERS[fires.index(cell.fire) % len(MARKERS)]
         name = fill(f"{cell.robots}, fire {cell.fire}", 30)
@@ -93,6 +106,7 @@ def contours(ruler: Ruler, cells: Sequence[Cell]) -> Figure:
         look: Style = {"color": f"C{team}", "mec": "white" if team < 10 else TEXT}
         look |= {"ls": "", "marker": marker, "ms": 8, "clip_on": False}
         axes.plot(x, y, label=f"{name}  {ruler.score(x, y):.2f}", **look)
+
     axes.set_title("Bold line: E = 1.  Points: means with 95 % intervals, and their E")
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
     figure.colorbar(shades, pad=0.02, label="score E; 1: as good as the baseline")

@@ -1,9 +1,10 @@
 """What an agent observes: its grid, channel by channel, and what its numbers say.
 
-Clauses: C1, C2, C3, C4, D1.  The pages decode the very arrays that the networks are
-given; they show nothing else of the world.
+The pages decode the very arrays that the networks are given; they show nothing else of
+the world.
 
-    vector  (V,) numbers of one agent;  cells  (channels, height, width), 0 or 1
+    vector  (V,) numbers of one agent
+    cells   (channels, height, width), 0 or 1 [C2]
     point   x and y in metres, and the storey; below the ground: gone
 """
 
@@ -63,9 +64,9 @@ def _page(
 
     observers: how many of the first robots observe themselves
     """
-    building, cells = world.building, grid(world)
+    building = world.building
+    cells = grid(world)
     layout = vector_layout(building, scenario)
-    floors, columns = building.floors, 1 + len(GRID_KINDS)
     robots = layout.read(vector, "robots")
     points = {
         "human": layout.read(vector, "humans"),
@@ -74,6 +75,9 @@ def _page(
         "fire source": layout.read(vector, "fires"),
     }
     points = {name: spots for name, spots in points.items() if len(spots)}
+
+    floors = building.floors
+    columns = 1 + len(GRID_KINDS)
     figure = page.sheet(f"{building.title}: what {agent} sees", 13, 3.2 * floors + 3)
     look: Style = {"height_ratios": [3.2] * floors + [2]}
     spec = figure.add_gridspec(floors + 1, columns, **look)
@@ -89,6 +93,7 @@ def _page(
             axes.imshow(cells[channel], ListedColormap(["white", ink]), vmax=1)
             axes.set_title(f"{channel}: {GRID_KINDS[kind]}, floor {floor + 1}")
             axes.spines[:].set_visible(True)
+
     below = figure.add_subplot(spec[-1, :])
     below.set_axis_off()
     look = {"edges": "open", "cellLoc": "left", "loc": "upper center"}
@@ -105,10 +110,11 @@ def table(vector: np.ndarray, blocks: Iterable[Block]) -> list[tuple[str, str, s
     """Explain all numbers of a vector: which, what, and the first values of a kind."""
     rows = []
     for block in blocks:
-        first = vector[block.start : block.stop][:6]
-        values = ", ".join(f"{v:.3g}" for v in first)
-        more = ", …" if block.stop - block.start > 6 else ""
+        numbers = vector[block.start : block.stop]
+        last = block.stop - 1
+        which = f"{block.start} to {last}" if last > block.start else f"{last}"
         words = f"{block.rows} × {block.what} ({block.unit})"
-        which = sorted({block.start, block.stop - 1})
-        rows.append((" to ".join(map(str, which)), words, values + more))
+        values = ", ".join(f"{v:.3g}" for v in numbers[:6])
+        more = ", …" if len(numbers) > 6 else ""
+        rows.append((which, words, values + more))
     return rows

@@ -1,7 +1,8 @@
 """An evacuation, or several side by side, as a web page that holds data and a player.
 
-Clause: A8, extended in time.  The page draws: `web_film.html` is its template, here is
-what it asks for.  Floors are SVG, whose colours the page's style chooses.
+The paper's figures, extended in time [A8].  The page draws: `web_film.html` is its
+template, here is what it asks for.  Floors are SVG, whose colours the page's style
+chooses.
 
     B  bodies: people, then robots
 """
@@ -27,7 +28,7 @@ FRAME = 0.6  # simulated seconds
 TEMPLATE = Path(__file__).with_name("web_film.html")
 CLASSES = {kind: kind.name.lower() for kind in Kind}  # of cells, on the page
 NEVER = -1
-ROBOT = len(Fate) + 1  # a state, as a human's are: its mode while inside, 2 out, 3 dead
+ROBOT = len(Fate) + 1  # a state; a human's is its mode while inside, 2 out, 3 dead
 BODY = "x y floor health state stairwell leader says toX toY"
 """What a frame tells of a body: whole numbers, -1 for nothing; places in decimetres."""
 
@@ -42,10 +43,12 @@ def write(
 
     headings: of each evacuation; further lines of one say who plays
     """
-    building, reels = runs[0].building, [Reel(run) for run in runs]
+    reels = [Reel(run) for run in runs]
     for _ in instants:
         for reel in reels:
             reel.note()
+
+    building = runs[0].building
     down, across = building.kind.shape[1:]
     film = {
         "step": seconds_per_frame(runs[0]),
@@ -60,6 +63,7 @@ def write(
         ],
         "runs": [reel.packed() for reel in reels],
     }
+
     content = Template(TEMPLATE.read_text("utf-8"), autoescape=True).render(
         film=film,
         script=TEMPLATE.with_suffix(".js").read_text("utf-8"),
@@ -74,8 +78,9 @@ def write(
 
 
 def seconds_per_frame(run: Simulation) -> float:
-    """Simulated seconds from one frame to the next: whole ticks, about FRAME."""
-    return round(max(1, round(FRAME / run.tick)) * run.tick, 9)
+    """Choose the seconds from one frame to the next: whole ticks, about FRAME."""
+    ticks = max(1, round(FRAME / run.tick))
+    return round(ticks * run.tick, 9)
 
 
 class Reel:
@@ -86,52 +91,67 @@ class Reel:
     """
 
     def __init__(self, run: Simulation):
-        self.run, self.bodies = run, list[np.ndarray]()
+        self.run = run
+        self.bodies = list[np.ndarray]()
         self.lit = np.full(run.building.kind.shape, NEVER)
         self.ash = self.lit.copy()
 
     def note(self) -> None:
         """Note where everybody is, and what burns."""
-        world, frame = self.run.world, len(self.bodies)
-        bodies, robots, burning = world.bodies, world.robots, world.flames.burning
-        self.lit[burning & (self.lit == NEVER)] = frame
-        self.ash[~burning & (self.lit != NEVER) & (self.ash == NEVER)] = frame
-        now = np.full((len(bodies) + len(robots), 10), NOWHERE, np.int16)
-        people, others = now[: len(bodies)], now[len(bodies) :]
+        world = self.run.world
+        self._note_flames(world.flames.burning, frame=len(self.bodies))
+
+        bodies = world.bodies
+        now = np.full((len(bodies) + len(world.robots), 10), NOWHERE, np.int16)
+        people = now[: len(bodies)]
         people[:, :2] = self._spots(bodies.position)
         people[:, 2] = bodies.floor
         people[:, 3] = np.ceil(bodies.health)
         people[:, 4] = np.where(bodies.inside, bodies.mode, bodies.fate + 1)
-        people[:, 5:7] = np.column_stack([bodies.stairwell, bodies.leader])
-        for row, robot in zip(others, robots, strict=True):
-            row[:5] = *self._spots(robot.position), robot.floor, paper.HEALTH, ROBOT
+        people[:, 5] = bodies.stairwell
+        people[:, 6] = bodies.leader
+
+        for row, robot in zip(now[len(bodies) :], world.robots, strict=True):
+            row[:2] = self._spots(robot.position)
+            row[2] = robot.floor
+            row[3] = paper.HEALTH
+            row[4] = ROBOT
             if robot.active and robot.destination is not None:
-                row[7:] = robot.says, *self._spots(robot.destination)
+                row[7] = robot.says
+                row[8:] = self._spots(robot.destination)
         self.bodies.append(now)
 
+    def _note_flames(self, burning: np.ndarray, frame: int) -> None:
+        """Note the frame in cells that burn for the first time, or no longer."""
+        lit_before = self.lit != NEVER
+        self.lit[burning & ~lit_before] = frame
+        self.ash[~burning & lit_before & (self.ash == NEVER)] = frame
+
     def _spots(self, points: Any) -> np.ndarray:
-        """Metres of points (..., 2) -> decimetres from the north-west corner."""
+        """Turn metres (..., 2) into decimetres from the north-west corner."""
         left, _, _, top = page.extent_of(self.run.building)
         return np.rint((np.asarray(points) - (left, top)) * (10, -10)).astype(int)
 
     def packed(self) -> dict[str, Any]:
-        """All of it, for JSON."""
-        events, sources = self.run.events, self.run.world.flames.sources
-        order = np.argsort(self.lit, axis=None)[(self.lit == NEVER).sum() :]
+        """Pack all of it for JSON."""
+        never = (self.lit == NEVER).sum()
+        order = np.argsort(self.lit, axis=None)[never:]  # in which cells began to burn
         cells = np.unravel_index(order, self.lit.shape)
+        doors = [event for event in self.run.events if isinstance(event, DoorBurnt)]
         return {
             "people": len(self.run.world.bodies),
             "bodies": pack(np.transpose(self.bodies, (1, 2, 0))),
             "flames": pack(np.array([*cells, self.lit[cells], self.ash[cells]])),
-            "doors": [[e.landmark, e.time] for e in events if isinstance(e, DoorBurnt)],
+            "doors": [[event.landmark, event.time] for event in doors],
             "sources": [
-                [s.floor, *self._spots((s.x, s.y)).tolist(), s.time] for s in sources
+                [s.floor, *self._spots((s.x, s.y)).tolist(), s.time]
+                for s in self.run.world.flames.sources
             ],
         }
 
 
 def pack(numbers: np.ndarray) -> list[Any]:
-    """How long the last axis is, and whole numbers as steps along it, compressed."""
+    """Compress whole numbers, as steps along the last axis; its length stands first."""
     steps = np.diff(numbers, axis=-1, prepend=0).astype("<i2")
     return [numbers.shape[-1], b64encode(compress(steps.tobytes(), 9)).decode()]
 
@@ -141,13 +161,15 @@ def floor_svg(building: Building, floor: int) -> str:
     drawn = []
     for kind in page.MEANINGS:
         here = np.pad(building.kind[floor] == kind, ((0, 0), (1, 1))).astype(int)
-        rows = np.argwhere(np.diff(here)).reshape(-1, 4).tolist()
-        ways = "".join(f"M{x} {y}H{end}v1H{x}z" for y, x, _, end in rows)
+        # Two changes in a row, in and out again, are one run of cells of the kind.
+        runs = np.argwhere(np.diff(here)).reshape(-1, 4).tolist()
+        ways = "".join(f"M{x} {y}H{end}v1H{x}z" for y, x, _, end in runs)
         drawn.append(f'<path class="{CLASSES[kind]}" d="{ways}"/>')
+
     names = []
-    for area in (area for area in building.areas if area.floor == floor):
+    for area in building.areas:
         size, upright = plans.lettering(area, 10.0, 14.0)
-        if size:
+        if area.floor == floor and size:
             y, x = 10 * plans.widest(area.cells)[0] + 5
             turn = f' transform="rotate(-90 {x:g} {y:g})"' if upright else ""
             place = f'x="{x:g}" y="{y:g}" style="--room:{size:.1f}px"{turn}'

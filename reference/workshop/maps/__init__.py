@@ -1,9 +1,9 @@
 """Maps: find a floor file, explain its mistakes, and build it.
 
-Clauses: A1 to A4.  The book's `floorplan` refuses what it cannot read in one line;
-here a drawing is checked in stages, and all mistakes of the first stage that finds any
-are shown with the line, a caret and one thing to do. Read on in `mistakes` (what one
-looks like), `syntax` (how a drawing is written) and `semantics` (what is drawn).
+The book's `floorplan` refuses in one line what it cannot read; here a drawing is
+checked in stages, and all mistakes of the first stage that finds any are shown with the
+line, a caret and one thing to do. Read on in `mistakes` (what one looks like), `syntax`
+(how a drawing is written) and `semantics` (what is drawn).
 """
 
 import re
@@ -28,7 +28,9 @@ def load(name: str | PathLike[str]) -> Building:
     Raises MistakesError for mistakes in the drawing, OSError for an unreadable file.
     """
     text = str(name)
-    return built(parse(text) if "\n" in text else read(find(name)))
+    if "\n" in text:  # no path has line ends: it is the map itself
+        return built(parse(text))
+    return built(read(find(name)))
 
 
 def read(path: str | PathLike[str]) -> Drawing:
@@ -59,8 +61,10 @@ def parse(text: str, path: str = "<text>") -> Drawing:
 
 def _refuse(mistakes: Iterable[Mistake], path: str) -> None:
     """Raise MistakesError with the mistakes of a stage, if there are any."""
-    first = dict.fromkeys(islice(mistakes, MOST))  # the head's before its rows'
-    if ordered := sorted(first, key=lambda mistake: (mistake.line, mistake.column)):
+    found = dict.fromkeys(islice(mistakes, MOST))  # two checks may find the same one
+    if found:
+        # A stable sort: on one line, what is wrong with the head stays before its rows.
+        ordered = sorted(found, key=lambda mistake: (mistake.line, mistake.column))
         raise MistakesError(path, ordered)
 
 
@@ -69,8 +73,12 @@ def find(name: str | PathLike[str]) -> Path:
 
     Raises FileNotFoundError with the names that ship, OSError for no possible path.
     """
-    path, bare, shipped = Path(name), str(name).removesuffix(".txt"), shipped_floors()
-    if path.exists() and not (path.is_dir() and bare in shipped):
+    path = Path(name)
+    bare = str(name).removesuffix(".txt")
+    shipped = shipped_floors()
+    # A folder that happens to be called "paper" does not hide the map of that name.
+    hides = path.is_dir() and bare in shipped
+    if path.exists() and not hides:
         return path
     if bare in shipped:
         return shipped[bare]
@@ -81,7 +89,7 @@ def find(name: str | PathLike[str]) -> Path:
 
 
 def shipped_floors() -> dict[str, Path]:
-    """Floors beside the checkout, or in the installed package, by name."""
+    """List the floors that ship, by name: beside the checkout, or in the package."""
     package = Path(reference.__file__).parent
     files = [*package.glob("floors/*.txt"), *package.parent.glob("floors/*.txt")]
     return {file.stem: file for file in sorted(files)}

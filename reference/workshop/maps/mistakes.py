@@ -55,24 +55,43 @@ class MistakesError(FloorPlanError):
 
     def __init__(self, path: str, mistakes: Sequence[Mistake]) -> None:
         super().__init__(path, mistakes)
-        self.path, self.mistakes = path, mistakes
+        self.path = path
+        self.mistakes = mistakes
 
     def __str__(self) -> str:
+        """Show the first mistake of each hint in full, and where its others are."""
         alike: dict[str, list[Mistake]] = {}
         for mistake in self.mistakes:
             alike.setdefault(mistake.hint, []).append(mistake)
+
         page = []
-        for same in [*alike.values()][:SHOWN]:
-            page.append(f"{self.path}:{same[0]}")
-            each = {m.place.partition(" at")[0]: m.place for m in reversed(same)}
-            places = [p for p in reversed(each.values()) if p != same[0].place][:MORE]
-            if more := len(same) - 1 - len(places):
-                places.append(f"{more} more")
-            if places:
-                page.append(f"    also: {', '.join(places)}")
-        if (more := len(alike) - SHOWN) > 0:
-            page.append(f"… and {more} more")
+        for first, *others in [*alike.values()][:SHOWN]:
+            page.append(f"{self.path}:{first}")
+            if others:
+                page.append(f"    also: {_places_of(first, others)}")
+        if len(alike) > SHOWN:
+            page.append(f"… and {len(alike) - SHOWN} more")
         return "\n".join(page)
+
+
+def _places_of(first: Mistake, others: Sequence[Mistake]) -> str:
+    """Say where mistakes like the first are: each word in quotes once, MORE at most."""
+    said = {_quoted(first)}
+    places = []
+    for mistake in others:
+        if _quoted(mistake) not in said:
+            said.add(_quoted(mistake))
+            places.append(mistake.place)
+    places = places[:MORE]
+    left_out = len(others) - len(places)
+    if left_out:
+        places.append(f"{left_out} more")
+    return ", ".join(places)
+
+
+def _quoted(mistake: Mistake) -> str:
+    """Name a mistake among others with its hint: by its word, else by its place."""
+    return mistake.place.partition(" at")[0]
 
 
 _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f]")

@@ -1,11 +1,9 @@
 """Check how a drawing is written: its characters, headings, settings and shape.
 
-Clauses: A1 (how many floors, rows and columns one may draw).
-
-    code     a line without its note and the blanks at its end
-    heading  a line with a word and a colon, or with a heading's key word
-    prose    before a drawing's first row, any other line that begins with a word
-    row      any other line with code: one row of a drawing
+code     a line without its note and the blanks at its end
+heading  a line with a word and a colon, or with a heading's key word
+prose    before a drawing's first row, any other line that begins with a word
+row      any other line with code: one row of a drawing
 """
 
 import re
@@ -44,14 +42,15 @@ class Line:
 
     @cached_property
     def code(self) -> str:
+        """What it draws or says, without its note."""
         return self.written.partition(";")[0].rstrip(" \t")
 
     def reads(self, key: str) -> re.Match[str] | None:
-        """The parts of a heading with this key word."""
+        """Match a heading with this key word; its groups are the parts."""
         return HEADINGS[key].fullmatch(self.code)
 
     def mistake(self, kind: str, column: int = 1, **facts: Any) -> Mistake:
-        """A mistake in this line; kind: a key of WORDS, facts: what they ask for."""
+        """Make a mistake in this line; kind: a key of WORDS, facts: what it needs."""
         what, hint = (words.format(**facts) for words in WORDS[kind])
         return Mistake(self.number, column, what, hint, self.written)
 
@@ -68,13 +67,17 @@ class Floor:
 
     @property
     def headless(self) -> bool:
+        """Whether its first row stands for its heading."""
         return self.heading in self.rows[:1]
 
     @cached_property
     def numbers(self) -> range:
-        if read := self.heading.reads("floor"):
-            return range(int(read[1]), int(read[2] or read[1]) + 1)
-        return range(0)
+        """The floors that the drawing stands for, counted from 1."""
+        read = self.heading.reads("floor")
+        if not read:
+            return range(0)
+        first, last = read[1], read[2] or read[1]
+        return range(int(first), int(last) + 1)
 
     @property
     def index(self) -> int:
@@ -82,7 +85,7 @@ class Floor:
         return self.numbers[0] - 1
 
     def mistake(self, kind: str, cell: Iterable[int], **facts: Any) -> Mistake:
-        """A mistake at a cell: row and column, counted from 0."""
+        """Make a mistake at a cell: row and column, counted from 0."""
         row, column = map(int, cell)
         return self.rows[row].mistake(kind, column + 1, floor=self.index + 1, **facts)
 
@@ -95,16 +98,24 @@ class Page:
         self.settings: dict[str, list[Line]] = {"building": [], "size": []}
         self.floors: list[Floor] = []
         self.prose: list[Line] = []
-        for line in filter(lambda line: line.code, self.lines):
-            if said := next(filter(line.reads, self.settings), ""):
-                self.settings[said].append(line)
-            elif _HEADING.match(line.code) or _meant(line) != "heading":
+        for line in self.lines:
+            if line.code:
+                self._sort(line)
+
+    def _sort(self, line: Line) -> None:
+        """Put a line with code where it belongs: a setting, heading, note or row."""
+        setting = next((key for key in self.settings if line.reads(key)), "")
+        before_rows = not (self.floors and self.floors[-1].rows)
+        if setting:
+            self.settings[setting].append(line)
+        elif _HEADING.match(line.code) or _meant(line) != "heading":
+            self.floors.append(Floor(line))
+        elif before_rows and _PROSE.match(line.code):
+            self.prose.append(line)
+        else:
+            if not self.floors:  # no heading yet: the row stands for one
                 self.floors.append(Floor(line))
-            elif _PROSE.match(line.code) and not (self.floors and self.floors[-1].rows):
-                self.prose.append(line)
-            else:
-                self.floors = self.floors or [Floor(line)]
-                self.floors[-1].rows.append(line)
+            self.floors[-1].rows.append(line)
 
     @property
     def rows(self) -> list[Line]:
@@ -112,7 +123,7 @@ class Page:
         return [row for floor in self.floors for row in floor.rows]
 
     def floor_of(self, index: int) -> Floor:
-        """The drawing of a floor by its index, once their numbers are read."""
+        """Find the drawing of a floor by its index, once their numbers are read."""
         return next(floor for floor in self.floors if index + 1 in floor.numbers)
 
     @cached_property
@@ -137,19 +148,24 @@ _NO_SIGN = {"\t": ("sign-alike", " "), "`": ("sign", "")}  # the last: of a list
 
 
 def _foreign_signs(page: Page) -> Iterator[Mistake]:
-    """The first sign of each line that is not ASCII, also in a note."""
+    """Find the first sign of each line that is not ASCII, also in a note."""
     rows = {row.number for row in page.rows}
     for line in page.lines:
-        if foreign := re.search(r"[^\t -~]", line.written):
-            sign, place = foreign[0], foreign.start() + 1
-            name = unicodedata.name(sign, f"U+{ord(sign):04X}")
-            if sign in "\0\ufffd":
-                yield line.mistake("not-text", place)
-            elif plain := _ascii(sign):
-                plain = "#" if plain in _LINES and line.number in rows else plain
-                yield line.mistake("foreign-alike", place, name=name, plain=plain)
-            else:
-                yield line.mistake("foreign", place, name=name)
+        foreign = re.search(r"[^\t -~]", line.written)
+        if not foreign:
+            continue
+        sign = foreign[0]
+        place = foreign.start() + 1
+        name = unicodedata.name(sign, f"U+{ord(sign):04X}")
+        plain = _ascii(sign)
+        if plain and plain in _LINES and line.number in rows:
+            plain = "#"  # in a drawing a line is a wall
+        if sign in "\0\ufffd":
+            yield line.mistake("not-text", place)
+        elif plain:
+            yield line.mistake("foreign-alike", place, name=name, plain=plain)
+        else:
+            yield line.mistake("foreign", place, name=name)
 
 
 def _ascii(char: str) -> str:
@@ -165,28 +181,37 @@ _MEANS = re.compile(r"E*([A-D]*|[a-z][a-z0-9]*)E*")
 
 
 def _signs(page: Page) -> Iterator[Mistake]:
-    """Signs without a meaning, and words that are no room's name.
+    """Find signs without a meaning, and words that are no room's name.
 
     A sign at an end of any row is a wall, whatever it is; inside, it is floor.
     """
-    rim = {sign for row in page.rows for sign in row.code.lstrip()[0] + row.code[-1]}
+    rim = {row.code.lstrip()[0] for row in page.rows}
+    rim |= {row.code[-1] for row in page.rows}
     for row in page.rows:
         for match in _WORD.finditer(row.code):
             word = match[0]
-            one = word[0] if len({*word}) == 1 else ""
-            if _MEANS.fullmatch(word) and not (one.islower() and one in rim):
+            one = word[0] if len({*word}) == 1 else ""  # what it repeats, if one sign
+            drawn_as_wall = one.islower() and one in rim
+            if _MEANS.fullmatch(word) and not drawn_as_wall:
                 continue
-            plain = "#" if one in rim or one in _LINES else "."
-            kind = "sign-alike"
-            if word.isalpha() and plain == ".":
-                kind = "sign-capital"
-            if not one:
-                plain = word.lower()
-                kind = "sign-name" if _MEANS.fullmatch(plain) else "sign"
-            if one in _NO_SIGN:
-                kind, plain = _NO_SIGN[one]
+            kind, plain = _instead(word, one, rim)
             sign = "a tab" if one == "\t" else repr((one or word)[:80])
             yield row.mistake(kind, match.start() + 1, sign=sign, plain=plain)
+
+
+def _instead(word: str, one: str, rim: set[str]) -> tuple[str, str]:
+    """The kind of mistake that a word is, and what to type instead.
+
+    one: the sign that the word repeats, "" for several;  rim: signs at ends of rows
+    """
+    if one in _NO_SIGN:
+        return _NO_SIGN[one]
+    if not one:
+        small = word.lower()
+        return ("sign-name" if _MEANS.fullmatch(small) else "sign"), small
+    if one in rim or one in _LINES:
+        return "sign-alike", "#"
+    return ("sign-capital" if one.isalpha() else "sign-alike"), "."
 
 
 def _closed_blanks(page: Page) -> Iterator[Mistake]:
@@ -196,7 +221,8 @@ def _closed_blanks(page: Page) -> Iterator[Mistake]:
         rows = ["", *(f" {row.code}" for row in floor.rows), ""]
         signs = np.array([[*row.ljust(width + 2)] for row in rows])
         room = np.char.islower(signs) | (signs == ".")
-        parts, outside = ndimage.label(signs == " ")[0], 1
+        parts = ndimage.label(signs == " ")[0]
+        outside = 1  # the first part: it has the corner of the rim around the rows
         beside = parts[ndimage.binary_dilation(room)] if room.any() else parts
         for closed in np.unique(beside[beside > outside]):
             row, column = np.argwhere(parts == closed)[0] - 1
@@ -207,7 +233,7 @@ def _closed_blanks(page: Page) -> Iterator[Mistake]:
 
 
 def _headings(page: Page) -> Iterator[Mistake]:
-    """Headings that nobody can read."""
+    """Find headings that nobody can read."""
     follows = 1
     for floor in page.floors:
         if floor.numbers:
@@ -224,12 +250,16 @@ def _headings(page: Page) -> Iterator[Mistake]:
 
 
 def _head(page: Page) -> Iterator[Mistake]:
-    """All that is missing above the first row, at once; and what is no row of it."""
-    first, size = page.floors[0], "size: {columns} x {rows}".format(**page.drawn)
-    lines = {"building": "building: NAME", "size": size, "floor": "floor 1:"}
-    there = [key for key, said in page.settings.items() if said]
-    there += [] if first.headless else ["floor"]
-    if missing := [lines[key] for key in lines if key not in there]:
+    """Find all that is missing above the first row, and lines that are no row."""
+    first = page.floors[0]
+    missing = []
+    if not page.settings["building"]:
+        missing.append("building: NAME")
+    if not page.settings["size"]:
+        missing.append("size: {columns} x {rows}".format(**page.drawn))
+    if first.headless:
+        missing.append("floor 1:")
+    if missing:
         told = ", ".join(f"'{line.partition(':')[0]}:'" for line in missing)
         write = ", ".join(f"'{line}'" for line in missing)
         yield first.heading.mistake("no-head", told=told, write=write)
@@ -244,6 +274,7 @@ def _meant(line: Line) -> str:
 
 
 def _settings(page: Page) -> Iterator[Mistake]:
+    """Find settings that stand twice or below a floor, and sizes out of range."""
     top = min((floor.heading.number for floor in page.floors), default=inf)
     for key, lines in page.settings.items():
         for line in lines:
@@ -254,25 +285,28 @@ def _settings(page: Page) -> Iterator[Mistake]:
 
 
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
-    """Report the first only: what follows may well be right once it is mended."""
+    """Find the first floor out of order; once it is mended, the next may be right."""
     follows = 1
     for floor in page.floors:
-        if floor.headless:
+        if floor.headless:  # only the first can be
             follows = 2
-        elif (first := floor.numbers[0]) != follows:
+            continue
+        first = floor.numbers[0]
+        if first != follows:
             yield floor.heading.mistake("floor-order", first=first, follows=follows)
             return
-        else:
-            follows = floor.numbers[-1] + 1
+        follows = floor.numbers[-1] + 1
     if follows > MOST_FLOORS + 1:
         yield page.floors[-1].heading.mistake("floor-limit", most=MOST_FLOORS)
 
 
 def _blanks(page: Page) -> Iterator[Mistake]:
+    """Find the first blank line between two rows of a drawing."""
     blank = {line.number for line in page.lines if not line.written.strip(" \t")}
     for floor in page.floors:
         for above, below in pairwise(floor.rows):
-            if between := blank.intersection(range(above.number, below.number)):
+            between = blank.intersection(range(above.number, below.number))
+            if between:
                 yield page.lines[min(between) - 1].mistake("blank-line")
 
 
@@ -280,25 +314,35 @@ def _blanks(page: Page) -> Iterator[Mistake]:
 
 
 def _shape(page: Page) -> Iterator[Mistake]:
-    """Rows that are too wide, lost or doubled, or a size that is wrong altogether."""
-    (width, height), (columns, rows) = page.size, page.drawn.values()
-    alike = {len(floor.rows) for floor in page.floors} == {rows}
+    """Find rows that are too wide, lost or doubled, or a size that is all wrong."""
+    width, height = page.size
+    columns, rows = page.drawn["columns"], page.drawn["rows"]
+    alike = all(len(floor.rows) == rows for floor in page.floors)
     if columns != width and alike and rows != height:
         yield page.settings["size"][0].mistake("size", **page.drawn)
         return
+
     for row in page.rows:
-        if (wide := len(row.code)) > width:
+        wide = len(row.code)
+        if wide > width:
             yield row.mistake("row-width", width + 1, wide=wide, width=width)
     for floor in page.floors:
-        if (count := len(floor.rows)) != height:
+        count = len(floor.rows)
+        if count != height:
             line = floor.rows[height] if count > height else floor.heading
             yield line.mistake("rows", count=count, height=height)
 
 
 def stages(page: Page) -> Iterator[Iterable[Mistake]]:
-    """What each stage of checks finds, once the stages before find nothing."""
+    """Yield what each stage of checks finds, once the stages before find nothing."""
     yield _foreign_signs(page)
     yield _headings(page)
-    orders = _settings(page), _floor_numbers(page), _blanks(page)
-    yield chain(_head(page), *orders, _signs(page), _closed_blanks(page))
+    yield chain(
+        _head(page),
+        _settings(page),
+        _floor_numbers(page),
+        _blanks(page),
+        _signs(page),
+        _closed_blanks(page),
+    )
     yield _shape(page)
