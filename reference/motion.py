@@ -154,7 +154,8 @@ def _heed_neighbours(heading: Heading, pairs: Pairs) -> tuple[np.ndarray, np.nda
     ahead = _along(turned_i, to_j)
     aside = np.abs(turned_i[:, 0] * to_j[:, 1] - turned_i[:, 1] * to_j[:, 0])
     front = (ahead > 0) & (aside * pairs.apart < paper.body_diameter())
-    mutual = np.roll(front, len(i) // 2)  # half a turn on: the same two, j looks at i
+    half = len(i) // 2  # pairs k and k + half are the same two, each looking once
+    mutual = np.concatenate([front[half:], front[:half]])
     front &= pairs.yields | ~mutual
     np.minimum.at(v, i[front], np.maximum(s[front], 0) / paper.GAP_SECONDS)
     return turned, v
