@@ -1,14 +1,13 @@
 """Pedestrian dynamics: bodies walk to their targets, not into walls or each other.
 
-Clause: A9.  The collision-free speed model of Tordeux, Chraibi and Seyfried (2016), as
-in JuPedSim: speed falls with the gap ahead.  Ours besides: people keep to the right of
-oncoming people and turn their shoulders; a body that is held up, or that stands in the
-way of others and cannot make room, tries a small random step.
+The collision-free speed model of Tordeux, Chraibi and Seyfried (2016), as in JuPedSim:
+speed falls with the gap ahead [A9].  Ours besides: people keep to the right of oncoming
+people and turn their shoulders; a body that is held up, or that stands in the way of
+others and cannot make room, tries a small random step.
 
     n    bodies;  k  pairs of neighbours, each counted both ways (i looks at j)
     e_i  unit vector i means to walk along;  v_i  its speed, m/s
     s    metres from the edge of i to the edge of j
-    far  (n,) metres to the target
 """
 
 from collections.abc import Callable
@@ -22,6 +21,14 @@ from reference.world import FLOOR_APART
 
 Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
+
+
+class Heading(NamedTuple):
+    """What n bodies would do if nobody were in their way."""
+
+    e: np.ndarray  # (n, 2) unit vectors, zero for those who are there
+    far: np.ndarray  # (n,) metres to go
+    v: np.ndarray  # (n,) m/s
 
 
 class Pairs(NamedTuple):
@@ -45,77 +52,6 @@ def turns(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
     return lambda who: rng.uniform(-paper.SHUFFLE_TURN, paper.SHUFFLE_TURN, len(who))
 
 
-def step(
-    position: np.ndarray,
-    target: np.ndarray,
-    pace: np.ndarray,
-    seconds: float,
-    free: Free,
-    near: np.ndarray,
-    turns: Callable[[np.ndarray], np.ndarray],
-) -> np.ndarray:
-    """Move n bodies by one tick; return their new positions, (n, 2) metres.
-
-    position, target: (n, 2) metres; pace: (n,) m/s; near: what `neighbours` found.
-    """
-    e, far, v = _heading(position, target, pace, seconds)
-    if not near.size:
-        wished = position + e * (v * seconds)[:, None]
-        return _not_into_walls(position, wished, free)
-    pairs = _pairs(near, position, e, far)
-    turned, v = _heed_neighbours(e, v, pairs)
-    wished = position + turned * (v * seconds)[:, None]
-    moved = _not_into_walls(position, wished, free)
-    if (pushed := _pushed_apart(moved, pairs)) is not moved:
-        pushed = _not_into_walls(moved, pushed, free)
-    moved = _not_into_each_other(position, pushed, pairs)
-    e = np.where((far > paper.ARRIVED_METRES)[:, None], e, turned)
-    least = paper.HELD_UP_SPEED * seconds
-    held_up = (_along(moved - position, e) < least) & e.any(axis=1)
-    if not held_up.any():
-        return moved
-    mine = held_up[pairs.i]
-    pairs = Pairs(*(column[mine] for column in pairs))
-    meets = np.zeros(len(e), bool)
-    meets[pairs.i[pairs.facing & (_along(e.take(pairs.i, 0), pairs.to_j) > 0)]] = True
-    tried, who = moved.copy(), np.flatnonzero(held_up)
-    tried[who] += paper.SHUFFLE_SPEED * seconds * _about(e[who], meets[who], turns(who))
-    barred = who[~free(tried[who], who)]
-    tried[barred] = moved[barred]
-    pairs = pairs._replace(yields=np.ones_like(pairs.yields))
-    return _not_into_each_other(moved, tried, pairs)
-
-
-def _pairs(
-    near: np.ndarray, position: np.ndarray, e: np.ndarray, far: np.ndarray
-) -> Pairs:
-    """Describe neighbours; near: (2, k / 2), each pair once."""
-    i, j = np.concatenate(near), np.concatenate(near[::-1])
-    far_i, far_j = far[i], far[j]
-    yields = (far_i > far_j) | ((far_i == far_j) & (i > j))
-    to_j, apart = _directions(position.take(j, 0) - position.take(i, 0))
-    facing = _along(e.take(i, 0), e.take(j, 0)) < -0.5
-    facing &= far_i + far_j > apart + paper.body_diameter()
-    room = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
-    return Pairs(i, j, to_j, apart, room, facing, yields)
-
-
-def _heading(
-    position: np.ndarray, target: np.ndarray, pace: np.ndarray, seconds: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """e, metres to go and v of bodies that nobody hinders; they keep to the right."""
-    e, far = _directions(target - position)
-    aside = _right_of(e) * np.where(far > 1, paper.ASIDE_METRES, 0)[:, None]
-    e, far = _directions(target + aside - position)
-    return e, far, np.minimum(pace, far / seconds)
-
-
-def _directions(off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 2) unit vectors, zero where there is no way to go, and (n,) lengths."""
-    far = np.sqrt(_along(off, off))
-    return off / np.maximum(far, 1e-9)[:, None], far
-
-
 def neighbours(
     position: np.ndarray, floor: np.ndarray, pace: np.ndarray, seconds: float
 ) -> np.ndarray:
@@ -129,48 +65,159 @@ def neighbours(
     return tree.query_pairs(near, output_type="ndarray").T
 
 
-def _heed_neighbours(
-    e: np.ndarray, v: np.ndarray, pairs: Pairs
-) -> tuple[np.ndarray, np.ndarray]:
+def step(
+    position: np.ndarray,
+    target: np.ndarray,
+    pace: np.ndarray,
+    seconds: float,
+    free: Free,
+    near: np.ndarray,
+    turns: Callable[[np.ndarray], np.ndarray],
+) -> np.ndarray:
+    """Move n bodies by one tick; return their new positions, (n, 2) metres.
+
+    position, target: (n, 2) metres; pace: (n,) m/s; near: what `neighbours` found.
+    """
+    heading = _heading(position, target, pace, seconds)
+    if not near.size:
+        return _walk(position, heading.e, heading.v * seconds, free)
+    pairs = _pairs(near, position, heading)
+    turned, v = _heed_neighbours(heading, pairs)
+
+    walked = _walk(position, turned, v * seconds, free)
+    pushed = _push(walked, pairs, free)
+    moved = _not_into_each_other(position, pushed, pairs, pairs.yields)
+
+    there = heading.far <= paper.ARRIVED_METRES  # who is there may step aside
+    onward = np.where(there[:, None], turned, heading.e)
+    advanced = _along(moved - position, onward)
+    held_up = (advanced < paper.HELD_UP_SPEED * seconds) & onward.any(axis=1)
+    if not held_up.any():
+        return moved
+    stride = paper.SHUFFLE_SPEED * seconds
+    return _shuffle(moved, onward, held_up, stride, pairs, free, turns)
+
+
+# -- Where to, and who is near ------------------------------------------------------
+
+
+def _heading(
+    position: np.ndarray, target: np.ndarray, pace: np.ndarray, seconds: float
+) -> Heading:
+    """Head for the targets, a little to the right of those that are far."""
+    e, far = _directions(target - position)
+    aside = np.where(far > 1, paper.ASIDE_METRES, 0)
+    e, far = _directions(target + _right_of(e) * aside[:, None] - position)
+    return Heading(e, far, np.minimum(pace, far / seconds))
+
+
+def _pairs(near: np.ndarray, position: np.ndarray, heading: Heading) -> Pairs:
+    """Describe neighbours; near: (2, k / 2), each pair once."""
+    one, other = near
+    i = np.concatenate([one, other])
+    j = np.concatenate([other, one])
+    far_i = heading.far[i]
+    far_j = heading.far[j]
+    yields = (far_i > far_j) | ((far_i == far_j) & (i > j))
+
+    to_j, apart = _directions(position.take(j, 0) - position.take(i, 0))
+    facing = _along(heading.e.take(i, 0), heading.e.take(j, 0)) < -0.5
+    facing &= far_i + far_j > apart + paper.body_diameter()
+    room = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
+    return Pairs(i, j, to_j, apart, room, facing, yields)
+
+
+def _heed_neighbours(heading: Heading, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
     """Turn directions away from neighbours, and slow down to keep the gap ahead.
 
-    Of two who are in each other's way only one waits.
+    Of two who are in each other's way only one waits. Returns unit vectors and m/s.
     """
-    i, j, to_j, apart, _, _, yields = pairs
-    s = apart - paper.body_diameter()
-    standing = v < paper.IDLE_SPEED
-    at_me = _along(e.take(j, 0), to_j) < -0.5
+    e = heading.e
+    i = pairs.i
+    to_j = pairs.to_j
+    s = pairs.apart - paper.body_diameter()
+
+    # turn: away from neighbours; who stands heeds only those who walk at them
+    standing = heading.v < paper.IDLE_SPEED
+    at_me = _along(e.take(pairs.j, 0), to_j) < -0.5
     towards = _along(e.take(i, 0), to_j) > 0.5
-    push = paper.PUSH_STRENGTH * np.exp(-s / paper.PUSH_RANGE) * (at_me | ~standing[i])
+    push = _push_weight(s) * (at_me | ~standing[i])
     right = np.zeros(len(e))
     right[i[at_me & towards]] = paper.KEEP_RIGHT
     swerve = _right_of(e) * right[:, None] - _sums(i, push[:, None] * to_j, len(e))
     turned, strength = _directions(np.where(standing[:, None], 0, e) + swerve)
-    v = np.where(standing, np.minimum(strength, 1) * paper.GIVE_WAY_SPEED, v)
+    give_way = np.minimum(strength, 1) * paper.GIVE_WAY_SPEED
+    v = np.where(standing, give_way, heading.v)
+
+    # slow down: behind whoever is in front
     turned_i = turned.take(i, 0)
     ahead = _along(turned_i, to_j)
-    aside = np.abs(turned_i[:, 0] * to_j[:, 1] - turned_i[:, 1] * to_j[:, 0]) * apart
-    front = (ahead > 0) & (aside < paper.body_diameter())
-    half = len(i) // 2  # pair k and pair half + k: the same two, seen from the other
+    aside = np.abs(turned_i[:, 0] * to_j[:, 1] - turned_i[:, 1] * to_j[:, 0])
+    front = (ahead > 0) & (aside * pairs.apart < paper.body_diameter())
+    half = len(i) // 2  # pairs k and k + half are the same two, each looking once
     mutual = np.concatenate([front[half:], front[:half]])
-    front &= yields | ~mutual
+    front &= pairs.yields | ~mutual
     np.minimum.at(v, i[front], np.maximum(s[front], 0) / paper.GAP_SECONDS)
     return turned, v
 
 
-def _along(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """(k,) dot products of (k, 2) vectors."""
-    return one[:, 0] * other[:, 0] + one[:, 1] * other[:, 1]
+def _push_weight(s: np.ndarray) -> np.ndarray:
+    """(k,) how strongly neighbours turn a body away, by the gaps to them."""
+    return paper.PUSH_STRENGTH * np.exp(-s / paper.PUSH_RANGE)
 
 
-def _right_of(e: np.ndarray) -> np.ndarray:
-    """(n, 2) vectors turned to the right."""
-    return np.array([e[:, 1], -e[:, 0]]).T
+# -- Walk, push, shuffle ------------------------------------------------------------
 
 
-def _sums(i: np.ndarray, vectors: np.ndarray, n: int) -> np.ndarray:
-    """(n, 2) sums of the (k, 2) vectors of each i."""
-    return np.array([np.bincount(i, axis, n) for axis in vectors.T]).T
+def _walk(
+    position: np.ndarray, e: np.ndarray, metres: np.ndarray, free: Free
+) -> np.ndarray:
+    """Walk so many metres along e, but not into walls."""
+    return _not_into_walls(position, position + e * metres[:, None], free)
+
+
+def _push(walked: np.ndarray, pairs: Pairs, free: Free) -> np.ndarray:
+    """Push overlapping bodies apart, each by half, so that they slide round each other.
+
+    Nobody is pushed into a wall.
+    """
+    pushed = walked
+    for _ in range(paper.PUSH_ROUNDS):
+        to_j, apart = _directions(pairs.off(pushed))
+        half = np.maximum(paper.body_diameter() - apart, 0) / 2
+        if not half.any():
+            break
+        pushed = pushed - _sums(pairs.i, half[:, None] * to_j, len(pushed))
+    if np.array_equal(pushed, walked):
+        return walked
+    return _not_into_walls(walked, pushed, free)
+
+
+def _shuffle(
+    moved: np.ndarray,
+    e: np.ndarray,
+    held_up: np.ndarray,
+    stride: float,
+    pairs: Pairs,
+    free: Free,
+    turns: Callable[[np.ndarray], np.ndarray],
+) -> np.ndarray:
+    """Let those who are held up try a random step, if there is room; stride: metres."""
+    who = np.flatnonzero(held_up)
+    mine = held_up[pairs.i]
+    pairs = Pairs(*(column[mine] for column in pairs))
+
+    met = pairs.facing & (_along(e.take(pairs.i, 0), pairs.to_j) > 0)
+    meets = np.zeros(len(e), bool)
+    meets[pairs.i[met]] = True
+    angle = turns(who) - paper.SHUFFLE_RIGHT * meets[who]
+    tried = moved.copy()
+    tried[who] += stride * _turned(e[who], angle)
+
+    barred = who[~free(tried[who], who)]
+    tried[barred] = moved[barred]
+    all_yield = np.ones(len(pairs.i), bool)
+    return _not_into_each_other(moved, tried, pairs, all_yield)
 
 
 def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.ndarray:
@@ -194,34 +241,13 @@ def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.
     return moved
 
 
-def _pushed_apart(moved: np.ndarray, pairs: Pairs) -> np.ndarray:
-    """Push overlapping bodies apart, each by half, so that they slide round each other.
-
-    Returns `moved` itself if none overlap.
-    """
-    for _ in range(paper.PUSH_ROUNDS):
-        to_j, far = _directions(pairs.off(moved))
-        half = np.maximum(paper.body_diameter() - far, 0) / 2
-        if not half.any():
-            break
-        moved = moved - _sums(pairs.i, half[:, None] * to_j, len(moved))
-    return moved
-
-
-def _about(e: np.ndarray, meets: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """(k, 2) directions turned away from e, more to the right where somebody comes."""
-    angle = angle - paper.SHUFFLE_RIGHT * meets
-    x, y, cos, sin = *e.T, np.cos(angle), np.sin(angle)
-    return np.array([x * cos - y * sin, x * sin + y * cos]).T
-
-
 def _not_into_each_other(
-    position: np.ndarray, moved: np.ndarray, pairs: Pairs
+    position: np.ndarray, wished: np.ndarray, pairs: Pairs, yields: np.ndarray
 ) -> np.ndarray:
     """Of two who would overlap, keep in place the one that yields; if need be, both."""
-    before, yields = pairs.off(position), pairs.yields
+    before = pairs.off(position)
     room = np.minimum(pairs.room, np.sqrt(_along(before, before))) - 1e-9
-    moved = moved.copy()
+    moved = wished.copy()
     while True:
         off = pairs.off(moved)
         clash = _along(off, off) < room**2
@@ -230,3 +256,35 @@ def _not_into_each_other(
         who = pairs.i[clash & yields]
         moved[who] = position[who]
         yields = np.ones_like(yields)
+
+
+# -- Vectors ------------------------------------------------------------------------
+
+
+def _directions(off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 2) unit vectors, zero where there is no way to go, and (n,) lengths."""
+    far = np.sqrt(_along(off, off))
+    return off / np.maximum(far, 1e-9)[:, None], far
+
+
+def _along(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(k,) dot products of (k, 2) vectors."""
+    return one[:, 0] * other[:, 0] + one[:, 1] * other[:, 1]
+
+
+def _right_of(e: np.ndarray) -> np.ndarray:
+    """(n, 2) vectors turned to the right."""
+    return np.array([e[:, 1], -e[:, 0]]).T
+
+
+def _turned(e: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """(k, 2) vectors turned to the left by angles, radians."""
+    x, y = e.T
+    cos = np.cos(angle)
+    sin = np.sin(angle)
+    return np.array([x * cos - y * sin, x * sin + y * cos]).T
+
+
+def _sums(i: np.ndarray, vectors: np.ndarray, n: int) -> np.ndarray:
+    """(n, 2) sums of the (k, 2) vectors of each i."""
+    return np.array([np.bincount(i, axis, n) for axis in vectors.T]).T

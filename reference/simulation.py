@@ -231,14 +231,7 @@ class Simulation:
         """Tell where these people may stand."""
         burning = self.world.flames.burning.ravel()
         full = self.full_until > self.world.time + 1e-9
-
-        def burns(place: np.ndarray, asking: np.ndarray) -> np.ndarray:
-            return burning[place]
-
-        def is_full(mark: np.ndarray, asking: np.ndarray) -> np.ndarray:
-            return full[mark]
-
-        return walking.free_for(self.world, who, burns, is_full)
+        return walking.free_for(self.world, who, burning, full)
 
     def fill_doors(self, touched: Touched) -> None:
         """Close the doors, entrances and exits just entered until they have room [A5].

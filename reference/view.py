@@ -1,15 +1,16 @@
 """What one human sees now: their own rays and nothing else [B3].
 
-Clauses: A6, B1, B2, B3, B6.  Walls and landmarks are in the sight tables; which
-people, robots and flames are in sight is computed anew for all who are about to think.
-Neither people nor flames hide what is behind them [B1, chosen].
+Walls and landmarks are in the sight tables; which people, robots and flames are in
+sight is computed anew for all who are about to think.  Neither people nor flames hide
+what is behind them [B1, chosen].
 
-    k  a viewer: the k-th of those who look;  j  a body in sight
+    i  who looks;  j  a body in sight;  m  bodies: people, and then robots
 """
 
-from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,8 +38,8 @@ class View:
     here: int  # door, entrance or exit that one stands in, NOWHERE for none
     rank: float  # one's own
     halted_since: float  # s, when one's body last made headway
-    bodies: dict[int, tuple[int, float]] = field(default_factory=dict)
-    robots: dict[int, int] = field(default_factory=dict)
+    bodies: dict[int, tuple[int, float]]
+    robots: dict[int, int]
 
     @property
     def looked_at(self) -> frozenset[int]:
@@ -95,13 +96,17 @@ class View:
 
     def passable(self, landmark: int) -> bool:
         """Is there no flame in sight on the straight way to a landmark in view?"""
-        fire, line = self._world.flames.alight, self._sight.line
-        return not fire or not self.burns(line(self.place, landmark, self.holes)[0])
+        if not self._world.flames.alight:
+            return True
+        on, _ = self._sight.line(self.place, landmark, self.holes)
+        return not self.burns(on)
 
     def safe(self, landmark: int) -> bool:
         """Is there no flame in sight on or beside the straight way to a landmark?"""
-        fire, line = self._world.flames.alight, self._sight.line
-        return not fire or not self.burns(line(self.place, landmark, self.holes)[1])
+        if not self._world.flames.alight:
+            return True
+        _, beside = self._sight.line(self.place, landmark, self.holes)
+        return not self.burns(beside)
 
     def burns(self, places: Iterable[int]) -> bool:
         """Is there a flame in sight in any of these places?"""
@@ -112,110 +117,103 @@ class View:
 
     def burns_towards(self, place: int) -> bool:
         """Is there a flame in sight on the straight way to a place of this floor?"""
-        fire, straight = self._world.flames.alight, self._sight.navigation.straight
-        return bool(fire) and self.burns(straight(self.place, place))
+        if not self._world.flames.alight:
+            return False
+        return self.burns(self._sight.navigation.straight(self.place, place))
 
     def towards(self, goal: Goal) -> tuple[float, float] | None:
         """Unit vector to a goal in sight or remembered, None when one is there."""
         nav = self._sight.navigation
-        here = there = nav.centres[self.place].tolist()
+        here = nav.centres[self.place].tolist()
+        there = here
         if goal.aim is Aim.LANDMARK:
             there = self._world.building.landmarks[goal.which].position
         elif goal.place != NOWHERE:
             there = nav.centres[goal.place].tolist()
-        x, y = there[0] - here[0], there[1] - here[1]
+        x = there[0] - here[0]
+        y = there[1] - here[1]
         far = (x * x + y * y) ** 0.5
         return (x / far, y / far) if far else None
 
 
+class Crowd(NamedTuple):
+    """Where everybody is: people by their numbers, and then robots; all are (m,)."""
+
+    x: np.ndarray  # metres, floors far apart
+    y: np.ndarray  # metres
+    place: np.ndarray
+    present: np.ndarray  # bool: people who walk on a floor, robots that are active
+
+
+Around = list[tuple[int, int, float]]
+"""Bodies near somebody who looks: number, place and metres of each."""
+
+
 def look(world: World, sight: Sight, who: np.ndarray) -> list[View]:
     """Return what each of these people sees; who: (k,) people walking on a floor."""
-    views = views_of(world, sight, who)
-    everybody = points(world)
-    show_bodies(views, who, [array[who] for array in everybody], everybody)
-    return views
+    crowd = crowd_of(world)
+    off_x = crowd.x - crowd.x[who, None]
+    off_y = crowd.y - crowd.y[who, None]
+    near = (np.abs(off_x) < sight.reach) & (np.abs(off_y) < sight.reach) & crowd.present
+    near[np.arange(len(who)), who] = False
 
-
-def views_of(world: World, sight: Sight, who: np.ndarray) -> list[View]:
-    """Return the views of these people, (k,), before they look at others."""
-    bodies, burnt, views = world.bodies, world.burnt, []
-    maps = sight.patches, world.building.area.ravel(), world.building.landmark.ravel()
-    place = bodies.place[who]
-    around = (each[place] for each in maps)
-    own = rows(place, *around, bodies.rank[who], bodies.anchor_time[who])
-    for p, patch, room, here, rank, halted_since in own:
-        holes, met = NO_HOLES, sight.landmarks(p)
-        while through := burnt.intersection(met):
-            holes |= through
-            met = sight.landmarks(p, holes)
-        view = View(
-            _world=world,
-            _sight=sight,
-            time=world.time,
-            landmarks=met,
-            holes=holes,
-            place=p,
-            patch=patch,
-            room=room,
-            here=here,
-            rank=rank,
-            halted_since=halted_since,
-        )
-        views.append(view)
-    return views
-
-
-def points(world: World) -> list[np.ndarray]:
-    """x, y (metres, floors far apart), place and presence of people, then of robots."""
-    bodies, robots = world.bodies, world.robots
-    at = np.array([robot.position for robot in robots]).reshape(-1, 2)
-    each = [(robot.floor, robot.place, robot.active) for robot in robots]
-    floor, place, active = np.array(each, dtype=np.int64).reshape(-1, 3).T
-    x = bodies.position[:, 0] + FLOOR_APART * bodies.floor
-    pairs = (
-        (x, at[:, 0] + FLOOR_APART * floor),
-        (bodies.position[:, 1], at[:, 1]),
-        (bodies.place, place),
-        (bodies.walking, active.astype(bool)),
-    )
-    return [np.concatenate(pair) for pair in pairs]
-
-
-def show_bodies(
-    views: list[View],
-    me: np.ndarray,
-    mine: list[np.ndarray],
-    everybody: list[np.ndarray],
-) -> None:
-    """Add to views who is in sight: people, by their numbers, and then robots.
-
-    me: (k,) numbers of those who look;  mine: as `points` has them, (k,) each;
-    everybody: likewise, (m,), or (k, m) where each has others around.
-    """
-    if not views:
-        return
-    sight, people = views[0]._sight, len(views[0]._world.bodies)
-    x, y, place, present = everybody
-    off_x, off_y = x - mine[0][:, None], y - mine[1][:, None]
-    near = (np.abs(off_x) < sight.reach) & (np.abs(off_y) < sight.reach) & present
-    near[np.arange(len(me)), me] = False
     k, j = np.divmod(np.flatnonzero(near), near.shape[1])
-    there = np.broadcast_to(place, near.shape)[k, j]
-    seen = sight.sees.reaches(mine[2][k], there)
-    for who in [who for who, view in enumerate(views) if view.holes]:
-        own, view = slice(*k.searchsorted([who, who + 1])), views[who]
-        line = sight.in_line(view.place, view.holes)
-        seen[own] = [q in line for q in there[own].tolist()]
-    k, j, there = k[seen], j[seen], there[seen]
     metres = np.hypot(off_x[k, j], off_y[k, j])
-    for who, body, at, far in rows(k, j, there, metres):
-        views[who].bodies[body] = at, far
-    robots = np.flatnonzero(j >= people)
-    robots = robots[metres[robots].argsort(kind="stable")]
-    for who, body in rows(k[robots], j[robots]):
-        views[who].robots[body] = views[who]._world.robots[body - people].says
+    around = bodies_around(len(who), k, j, crowd.place[j], metres)
+    each = zip(who.tolist(), around, strict=True)
+    return [see(world, sight, i, bodies) for i, bodies in each]
 
 
-def rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:
-    """Zip columns of one length, as Python's own numbers."""
-    return zip(*(column.tolist() for column in columns), strict=True)
+def crowd_of(world: World) -> Crowd:
+    """Collect where people and robots are."""
+    bodies = world.bodies
+    robots = world.robots
+    at = np.array([robot.position for robot in robots]).reshape(-1, 2)
+    floor = np.array([robot.floor for robot in robots], int)
+    place = np.array([robot.place for robot in robots], int)
+    active = np.array([robot.active for robot in robots], bool)
+    x = bodies.position[:, 0] + FLOOR_APART * bodies.floor
+    return Crowd(
+        x=np.concatenate([x, at[:, 0] + FLOOR_APART * floor]),
+        y=np.concatenate([bodies.position[:, 1], at[:, 1]]),
+        place=np.concatenate([bodies.place, place]),
+        present=np.concatenate([bodies.walking, active]),
+    )
+
+
+def bodies_around(viewers: int, k: np.ndarray, *columns: np.ndarray) -> list[Around]:
+    """List the bodies around each viewer; k: (m,) viewers in order; columns: (m,)."""
+    bodies = list(zip(*(column.tolist() for column in columns), strict=True))
+    ends = k.searchsorted(np.arange(viewers + 1)).tolist()
+    return [bodies[first:last] for first, last in pairwise(ends)]
+
+
+def see(world: World, sight: Sight, i: int, around: Around) -> View:
+    """What one person sees; around: the bodies within the range of sight."""
+    place = int(world.bodies.place[i])
+    holes = NO_HOLES
+    landmarks = sight.landmarks(place)
+    while through := world.burnt.intersection(landmarks):
+        holes |= through
+        landmarks = sight.landmarks(place, holes)
+
+    line = sight.in_line(place, holes)
+    bodies = {j: (p, metres) for j, p, metres in around if p in line}
+    people = len(world.bodies)
+    robots = [j for j in bodies if j >= people]
+    robots.sort(key=lambda j: bodies[j][1])
+    return View(
+        _world=world,
+        _sight=sight,
+        time=world.time,
+        landmarks=landmarks,
+        holes=holes,
+        place=place,
+        patch=int(sight.patches[place]),
+        room=int(world.building.area.flat[place]),
+        here=int(world.building.landmark.flat[place]),
+        rank=float(world.bodies.rank[i]),
+        halted_since=float(world.bodies.anchor_time[i]),
+        bodies=bodies,
+        robots={j: world.robots[j - people].says for j in robots},
+    )

@@ -1,8 +1,5 @@
 """People walk, many at once, and take the stairs one by one.
 
-Clauses: A3, A5, A9, B3, B5, F8.  The people may be of one world, or of several worlds
-of one building that share a clock and keep their bodies in common arrays.
-
 On the stairs nobody is seen and nobody is in the way; the bottleneck is the entrance on
 the way in, and on the way out bodies alone [A3, chosen].  The paper's entrances join a
 floor's platform and its staircases; ours stand between room and stairwell, and the
@@ -12,7 +9,6 @@ platform is part of the stairs: who enters is on the stairs [A3, deviation].
     p    place;  k  stairwell
 """
 
-from collections.abc import Callable
 from math import inf
 
 import numpy as np
@@ -24,8 +20,6 @@ from reference.navigation import navigation_of
 from reference.world import NOBODY, NOWHERE, World
 
 Touched = list[tuple[int, int]]  # who stepped onto a landmark, and from which place
-Lookup = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""(k,) places or landmarks, and (k,) people who ask -> (k,) bool."""
 
 
 def targets(world: World, who: np.ndarray) -> np.ndarray:
@@ -34,48 +28,58 @@ def targets(world: World, who: np.ndarray) -> np.ndarray:
     A person without headway for DETOUR_SECONDS plans again, from cell to cell [A9,
     chosen]. So nobody leans on a corner for ever.
     """
-    bodies, nav = world.bodies, navigation_of(world.building)
-    marks, target = bodies.landmark[who], bodies.target[who]
+    bodies = world.bodies
+    nav = navigation_of(world.building)
+    marks = bodies.landmark[who]
+    target = bodies.target[who]
     guided = np.flatnonzero(marks >= 0)
     cells = bodies.place[who[guided]] % nav.floor_size
-    waypoint = nav.waypoint[marks[guided], cells]
-    target[guided] = nav.centres[waypoint]
+    target[guided] = nav.centres[nav.waypoint[marks[guided], cells]]
+
     held_up = world.time - bodies.anchor_time[who] > paper.DETOUR_SECONDS
     for k in np.flatnonzero(held_up).tolist():
-        place, mark = int(bodies.place[who[k]]), int(marks[k])
-        there = nav.place(place // nav.floor_size, *target[k].tolist())
-        goals = nav.goals[mark].tolist() if mark >= 0 else [there]
+        place = int(bodies.place[who[k]])
+        if marks[k] >= 0:
+            goals = nav.goals[marks[k]].tolist()
+        else:
+            goals = [nav.place(place // nav.floor_size, *target[k].tolist())]
         target[k] = nav.centres[nav.onward(place, *goals)]
     return target
 
 
-def free_for(world: World, who: np.ndarray, burns: Lookup, full: Lookup) -> Free:
+def free_for(
+    world: World, who: np.ndarray, burning: np.ndarray, full: np.ndarray
+) -> Free:
     """Tell where people may stand: not in walls, full doors, or flames unless reckless.
 
-    burns: is there a flame in a place?  full: is a landmark full?
+    burning: (places,) bool;  full: (landmarks + 1,) bool, the last: no landmark
     """
-    bodies, nav = world.bodies, navigation_of(world.building)
-    here, floor = bodies.place[who], bodies.floor[who]
+    bodies = world.bodies
+    nav = navigation_of(world.building)
     marks = world.building.landmark.ravel()
-    inside, reckless = marks[here], bodies.reckless_until[who] > world.time - 1e-9
-    fearless = burns(here, np.arange(len(who))) | reckless
+    floor = bodies.floor[who]
+    inside = marks[bodies.place[who]]
+    reckless = bodies.reckless_until[who] > world.time - 1e-9
+    fearless = burning[bodies.place[who]] | reckless
 
     def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
         """May these stand at these positions?"""
         place = nav.places_at(floor[which], position)
         mark = marks[place]
-        room = ~full(mark, which) | (mark == inside[which])
-        return room & nav.walkable[place] & (~burns(place, which) | fearless[which])
+        room = ~full[mark] | (mark == inside[which])
+        return room & nav.walkable[place] & (~burning[place] | fearless[which])
 
     return free
 
 
 def advance(world: World, who: np.ndarray, moved: np.ndarray) -> Touched:
     """Put people where they walked to; return who stepped onto a landmark [A5]."""
-    bodies, marks = world.bodies, world.building.landmark.ravel()
-    before, nav = bodies.place[who], navigation_of(world.building)
+    bodies = world.bodies
+    marks = world.building.landmark.ravel()
+    before = bodies.place[who]
+    place = navigation_of(world.building).places_at(bodies.floor[who], moved)
     bodies.position[who] = moved
-    bodies.place[who] = place = nav.places_at(bodies.floor[who], moved)
+    bodies.place[who] = place
     _notice_stuck(world, who)
     mark = marks[place]
     upon = np.flatnonzero((mark >= 0) & (mark != marks[before]))
@@ -84,19 +88,21 @@ def advance(world: World, who: np.ndarray, moved: np.ndarray) -> Touched:
 
 def _notice_stuck(world: World, who: np.ndarray) -> None:
     """Find who is stuck; they ignore flames for a while, then try anew [B5]."""
-    bodies, time = world.bodies, world.time
+    bodies = world.bodies
     position = bodies.position[who]
-    moved = np.maximum(*np.abs(position - bodies.anchor[who]).T)
-    left = np.maximum(*np.abs(bodies.goal[who] - position).T)
+    moved = np.abs(position - bodies.anchor[who]).max(axis=1)
+    left = np.abs(bodies.goal[who] - position).max(axis=1)
     arrived = (left < paper.STUCK_METRES) & (bodies.landmark[who] < 0)
-    waited = time - bodies.anchor_time[who] - 1e-9
+    waited = world.time - bodies.anchor_time[who] - 1e-9
+
     anew = waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS
     ahead = (moved > paper.STUCK_METRES) | arrived | anew
     bodies.anchor[who[ahead]] = position[ahead]
-    bodies.anchor_time[who[ahead]] = time
-    calm = bodies.reckless_until[who] < time - 1e-9
+    bodies.anchor_time[who[ahead]] = world.time
+
+    calm = bodies.reckless_until[who] < world.time - 1e-9
     halted = who[~ahead & calm & (waited > paper.STUCK_SECONDS)]
-    bodies.reckless_until[halted] = time + paper.RECKLESS_SECONDS
+    bodies.reckless_until[halted] = world.time + paper.RECKLESS_SECONDS
 
 
 # -- Stairs -------------------------------------------------------------------------
@@ -104,10 +110,13 @@ def _notice_stuck(world: World, who: np.ndarray) -> None:
 
 def enter_stairs(world: World, i: int, entrance: int) -> None:
     """Move a human who has touched an entrance onto its stairs, which lead down."""
-    building, bodies = world.building, world.bodies
-    nav, k = navigation_of(building), building.landmarks[entrance].stairwell
-    cells = nav.places_of(int(bodies.floor[i]), building.stairwells[k].cells)
-    bodies.stairwell[i], bodies.leader[i], bodies.landmark[i] = k, NOBODY, NOWHERE
+    bodies = world.bodies
+    nav = navigation_of(world.building)
+    k = world.building.landmarks[entrance].stairwell
+    cells = nav.places_of(int(bodies.floor[i]), world.building.stairwells[k].cells)
+    bodies.stairwell[i] = k
+    bodies.leader[i] = NOBODY
+    bodies.landmark[i] = NOWHERE
     bodies.stairs_until[i] = world.time + paper.stairs_metres() / float(bodies.pace[i])
     bodies.place[i] = cells[i % len(cells)]
     bodies.position[i] = nav.centres[bodies.place[i]]
@@ -131,15 +140,23 @@ def descend(world: World, i: int) -> int | None:
 
 
 def _step_out(world: World, i: int, well: Stairwell) -> None:
-    """Step out into an entrance cell that nobody stands in, if there is one."""
-    bodies, nav = world.bodies, navigation_of(world.building)
+    """Step out into an entrance cell that nobody stands in, if there is one.
+
+    Who steps out does not know this floor [B3].
+    """
+    bodies = world.bodies
+    nav = navigation_of(world.building)
     others = bodies.position[bodies.walking & (bodies.floor == well.lowest)]
-    for mark in well.entrances[well.lowest]:
-        for p in nav.goals[mark].tolist():
-            if (np.hypot(*(others - nav.centres[p]).T) >= paper.body_diameter()).all():
-                bodies.place[i], bodies.position[i] = p, nav.centres[p]
-                bodies.anchor[i], bodies.anchor_time[i] = nav.centres[p], world.time
-                bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf
-                beyond = nav.beyond(p, well.areas[well.lowest])
-                humans.arrive(world.minds[i], mark, beyond)
-                return
+    entrances = well.entrances[well.lowest]
+    for mark, p in ((m, p) for m in entrances for p in nav.goals[m].tolist()):
+        x, y = (others - nav.centres[p]).T
+        if (np.hypot(x, y) >= paper.body_diameter()).all():
+            bodies.place[i] = p
+            bodies.position[i] = nav.centres[p]
+            bodies.anchor[i] = nav.centres[p]
+            bodies.anchor_time[i] = world.time
+            bodies.stairwell[i] = NOWHERE
+            bodies.stairs_until[i] = inf
+            beyond = nav.beyond(p, well.areas[well.lowest])
+            humans.arrive(world.minds[i], mark, beyond)
+            return

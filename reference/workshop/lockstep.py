@@ -1,8 +1,8 @@
 """Lockstep: tick many simulations of one building together, each as if alone.
 
-Clauses: A5, A9, B3, B7, C7.  The people of all worlds are one crowd in shared arrays,
-so that one look-up serves them all; minds, robots' ways, flames and events stay with
-each simulation.  Results equal those of running each alone, to the last bit.
+The people of all worlds are one crowd in shared arrays, so that one look-up serves them
+all; minds, robots' ways, flames and events stay with each simulation.  Results equal
+those of running each alone, to the last bit.
 
     K   worlds;  n  people of each
     i   a row of the crowd: n times the number of a world + a person's own number
@@ -18,7 +18,7 @@ import numpy as np
 
 from reference import humans, motion, paper, walking
 from reference.simulation import Simulation
-from reference.view import View, points, show_bodies, views_of
+from reference.view import View, bodies_around, crowd_of, see
 from reference.walking import Touched
 from reference.world import Bodies
 
@@ -101,17 +101,25 @@ class Lockstep:
     # -- What a simulation does for one world, for all at once ----------------------
 
     def _look(self, who: np.ndarray) -> list[View]:
+        """What `view.look` does; each looks at the bodies of their own world."""
+        crowd = crowd_of(self.world)
         world, me = np.divmod(who, self.n)
-        views = [
-            view
-            for run, (a, b) in zip(self.runs, self._parts(who), strict=True)
-            if a < b
-            for view in views_of(run.world, run.sight, me[a:b])
+        others = self._in_world[world]
+        reach = self.runs[0].sight.reach
+        off_x = crowd.x[others] - crowd.x[who, None]
+        off_y = crowd.y[others] - crowd.y[who, None]
+        near = (np.abs(off_x) < reach) & (np.abs(off_y) < reach) & crowd.present[others]
+        near[np.arange(len(who)), me] = False
+
+        k, j = np.divmod(np.flatnonzero(near), near.shape[1])
+        place = crowd.place[others[k, j]]
+        metres = np.hypot(off_x[k, j], off_y[k, j])
+        around = bodies_around(len(who), k, j, place, metres)
+        each = zip(world.tolist(), me.tolist(), around, strict=True)
+        return [
+            see(self.runs[w].world, self.runs[w].sight, i, bodies)
+            for w, i, bodies in each
         ]
-        everybody = points(self.world)
-        mine, around = ([a[i] for a in everybody] for i in (who, self._in_world[world]))
-        show_bodies(views, me, mine, around)
-        return views
 
     def _people_move(self) -> dict[Simulation, Touched]:
         who = np.flatnonzero(self.world.bodies.walking)
@@ -151,15 +159,26 @@ class Lockstep:
         return moved
 
     def _free(self, who: np.ndarray) -> motion.Free:
+        """What `walking.free_for` does, with each world's own flames and full doors."""
+        bodies = self.world.bodies
+        nav = self.runs[0].navigation
         world = who // self.n
         burning = np.stack([run.world.flames.burning.ravel() for run in self.runs])
         full = self.full_until > self.world.time + 1e-9
-        return walking.free_for(
-            self.world,
-            who,
-            lambda places, asking: burning[world[asking], places],
-            lambda marks, asking: full[world[asking], marks],
-        )
+        marks = self.world.building.landmark.ravel()
+        floor = bodies.floor[who]
+        inside = marks[bodies.place[who]]
+        reckless = bodies.reckless_until[who] > self.world.time - 1e-9
+        fearless = burning[world, bodies.place[who]] | reckless
+
+        def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
+            place = nav.places_at(floor[which], position)
+            mark = marks[place]
+            room = ~full[world[which], mark] | (mark == inside[which])
+            burns = burning[world[which], place]
+            return room & nav.walkable[place] & (~burns | fearless[which])
+
+        return free
 
     # -- Parts of the crowd ---------------------------------------------------------
 

@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from movies import GRIDS, body, built, mark, shipped, stage, view, walled
 
+from reference import paper
 from reference.building import Kind
 from reference.paper import RAYS, SIGHT_RANGE, Scenario
-from reference.rays import Sight
+from reference.rays import Sight, sight_of
 from reference.simulation import Simulation
 from reference.view import look
 
@@ -183,3 +184,23 @@ def test_nobody_sees_farther_than_the_building_is_wide():
     """A longer range costs nothing, and changes nothing."""
     hall = built("##########\n#.+......#\n#.#......E\n##########")
     assert np.array_equal(Sight(hall, 500).hits, Sight(hall, 10).hits)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("RAYS", 8), ("PATCH_METRES", 2), ("DIM_METRES", 0.5)]
+)
+def test_whoever_changes_a_number_sees_by_the_new_one(name, value, monkeypatch):
+    """And by the old one again when it is back; a table that is held keeps its own."""
+    hall = built("##########\n#.+......#\n#.#......E\n##########")
+
+    def facts(sight):
+        at = int(np.flatnonzero(hall.walkable)[-1])
+        sizes = len(sight.hits), len(set(sight.patches.tolist()))
+        return *sizes, len(sight.looked_at(at))
+
+    before = sight_of(hall, 3.0)
+    with monkeypatch.context() as changed:
+        changed.setattr(paper, name, value)
+        assert facts(sight_of(hall, 3.0)) != facts(before)
+    assert sight_of(hall, 3.0) is before
+    assert facts(before) == facts(Sight(hall, 3.0))

@@ -105,7 +105,7 @@ B5 humans
   - return STAY if time < me.waits_until else switch_mode(me)
   + return switch_mode(me)
 B5 walking
-  - fearless = burns(here, np.arange(len(who))) | reckless
+  - fearless = burning[bodies.place[who]] | reckless
   + fearless = reckless
 B5 humans
   - seen[1] < paper.FOLLOW_DISTANCE
