@@ -18,10 +18,17 @@ from reference.workshop.strategies.fires import (
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import (
     Escort,
+    Group,
     Observer,
     Patrol,
     Sweep,
+    Way,
     as_observed,
+    choose,
+    groups,
+    guided_by,
+    nearest_way,
+    unguided,
 )
 from reference.workshop.strategies.observed import before_stairwell
 from reference.world import NOBODY, FireLit, FireRefused
@@ -200,6 +207,47 @@ def test_an_observer_decides_the_same_whatever_people_have_in_mind():
     bodies.landmark[:] = rng.integers(-1, len(sim.building.landmarks), n)
     bodies.stairs_until += 3
     assert Observer().decide(world, world.robots, rng) == before
+
+
+@pytest.mark.parametrize(
+    ("led", "detour", "fetches"),
+    [
+        (1, np.inf, True),  # two in 25 m are more than one in 15 m
+        (1, 10.0, True),
+        (1, 9.0, False),  # the detour is 10 m for one
+        (2, np.inf, False),  # three in 25 m are less than two in 15 m
+        (0, 0.0, True),  # nobody makes a detour
+    ],
+)
+def test_a_guide_chooses_what_saves_most_people_per_metre(led, detour, fetches):
+    """It is 10 m from the way out, who is 5 m away is 15 m from it; 5 m to come back."""
+    way = Way(landmark=0, here=10.0, metres=np.array([10.0, 15.0]))
+    alone = Group(np.array([True, False]), place=1, point=(5.5, 0.5), metres=5.0)
+    assert (choose([alone], way, led, detour) is alone) == fetches
+
+
+class Usher:
+    """A guide of one's own: it fetches people, and never makes followers wait."""
+
+    def decide(self, world, robots, rng):
+        """Put three functions together."""
+        return [self.goal(world, robot) for robot in robots]
+
+    def goal(self, world, robot):
+        """A group for who leads nobody, else the way out."""
+        led = (guided_by(world) == robot.body).sum()
+        way = nearest_way(world, robot)
+        group = choose(groups(world, robot, unguided(world)), way, led, detour=0.0)
+        return group.point if group else world.building.landmarks[way.landmark].position
+
+
+def test_a_guide_of_ones_own_is_put_together_from_three_functions():
+    """Where `sweep` goes on to fetch q, r and s, this one leads p out."""
+    for follows, column in (("", 10), ("pR", 0)):
+        sim = stage("E...pR....qrs.....#", follows=follows)
+        sim.world.bodies.landmark[0] = 0  # p is on its way out
+        assert decided(Usher(), sim) == column
+        assert decided(Sweep(), sim) == 10
 
 
 # -- Fires --------------------------------------------------------------------------

@@ -25,7 +25,7 @@ from pettingzoo.utils import parallel_to_aec
 from reference.fire import RandomFire
 from reference.workshop import zoo
 from reference.workshop.strategies.guides import Sweep
-from reference.workshop.strategies.own import FlatRobots
+from reference.workshop.strategies.trained import FlatRobots
 
 pytestmark = pytest.mark.extra
 SCENE = Scenario(people=6, training=True)

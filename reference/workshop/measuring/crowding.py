@@ -1,6 +1,6 @@
-"""How dense people were, and where they died, over one evacuation or many.
+"""Measure how dense people were, and where they died, over one evacuation or many.
 
-Clause: B7 for deaths.  The density at a cell is people per square metre of floor in the
+The density at a cell is people per square metre of floor in the
 square of 3 m around it; on stairs nobody is counted.
 """
 
@@ -30,7 +30,8 @@ class Crowding:
         """Watch one more evacuation; returns what notes an instant, for `ticks`."""
         walkable = simulation.building.walkable
         floor = np.where(walkable, _around(walkable), np.inf)  # square metres
-        highest, dead = np.zeros(walkable.shape), np.zeros(walkable.shape, int)
+        highest = np.zeros(walkable.shape)
+        dead = np.zeros(walkable.shape, int)
         self.building = simulation.building
         self._highest.append(highest)
         self._dead.append(dead)
@@ -56,7 +57,7 @@ class Crowding:
 
     @property
     def deaths(self) -> np.ndarray:
-        """How many died at each cell, in all together: (floors, rows, cols)."""
+        """How many died at each cell, in all together [B7]: (floors, rows, cols)."""
         return np.sum(self._dead, axis=0)
 
 
