@@ -220,7 +220,7 @@ def test_an_observer_decides_the_same_whatever_people_have_in_mind():
     ],
 )
 def test_a_guide_chooses_what_saves_most_people_per_metre(led, detour, fetches):
-    """It is 10 m from the way out, who is 5 m away is 15 m from it; 5 m to come back."""
+    """10 m from the way out; by who is 5 m away it is 5 and 15 m. 5 m to come back."""
     way = Way(landmark=0, here=10.0, metres=np.array([10.0, 15.0]))
     alone = Group(np.array([True, False]), place=1, point=(5.5, 0.5), metres=5.0)
     assert (choose([alone], way, led, detour) is alone) == fetches
