@@ -146,7 +146,7 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
 
     def render(self) -> np.ndarray:
         """Draw the picture of a film's frame: (height, width, 3) uint8."""
-        scene, paint = self._film
+        scene, paint = self._film  # made once: the background does not change
         scene.show(self.environment.simulation.world, self._history)
         return paint()[..., :3].copy()
 
@@ -178,7 +178,7 @@ class FlatEnvironment(ZooEnvironment):
 
     def step(self, actions: Mapping[str, Any]) -> Returns:
         """Take one decision of all agents; see `Environment.step`."""
-        if not self.agents:
+        if not self.agents:  # over, or not begun
             return super().step({})
         seen, paid, _, cut, told = super().step(actions)
         everybody = self.possible_agents

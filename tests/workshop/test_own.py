@@ -186,9 +186,11 @@ def test_a_policy_on_flat_observations_plays_as_it_does_in_the_environment(side)
     expected = environment.environment.simulation
     asked.clear()
     if side == "robots":
-        guide, fire = FlatRobots(policy, "tiny", SCENE), expected.fire_strategy
+        guide = FlatRobots(policy, "tiny", SCENE)
+        fire = expected.fire_strategy
     else:
-        guide, fire = Sweep(), FlatFire(policy, "tiny", SCENE)
+        guide = Sweep()
+        fire = FlatFire(policy, "tiny", SCENE)
     ours = Simulation(shipped("tiny"), SCENE, guide, fire, seed=4)
     assert ours.run() == expected.outcome()
     assert ours.events == expected.events

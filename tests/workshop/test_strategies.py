@@ -46,7 +46,9 @@ def decided(robots, sim):
 def test_patrolling_robots_go_from_room_to_way_out_to_room():
     """The next stop as soon as the last one is reached, not before."""
     sim = Simulation(shipped("tiny"), Scenario(people=0), Patrol(), NoFire())
-    patrol, rng, stairs = Patrol(), np.random.default_rng(0), sim.building.stairwells
+    patrol = Patrol()
+    rng = np.random.default_rng(0)
+    stairs = sim.building.stairwells
     robot = sim.world.robots[-1]
     stops = [patrol.decide(sim.world, [robot], rng)[0] for _ in range(6)]
     assert all(stop in [well.centre for well in stairs] for stop in stops[1::2])
@@ -198,9 +200,11 @@ def test_an_observer_decides_the_same_whatever_people_have_in_mind():
     """Whom they follow, where they are headed, and how far down the stairs they are."""
     sim = Simulation(shipped("paper"), Scenario(), Escort(), RandomFire(), seed=3)
     wait(sim, 40)
-    world, rng = sim.world, np.random.default_rng(0)
+    world = sim.world
+    rng = np.random.default_rng(0)
     before = Observer().decide(world, world.robots, rng)
-    bodies, n = world.bodies, len(world.bodies)
+    bodies = world.bodies
+    n = len(world.bodies)
     assert before != Escort().decide(world, world.robots, rng)
     assert np.isfinite(bodies.stairs_until).any()
     bodies.leader[:] = rng.integers(-1, n + len(world.robots), n)
@@ -289,7 +293,8 @@ def test_a_guard_stands_there_till_another_fire_shows_itself(stands, lit, goes):
     board = "#" + "." * 17 + "E"
     sim = stage(board[:stands] + "R" + board[stands + 1 :], people=0)
     places = [(0, *sim.building.metres(1, column)) for column in (6, 9, lit)]
-    guard, rng = Guard(places[:2]), sim.rng["robots"]
+    guard = Guard(places[:2])
+    rng = sim.rng["robots"]
     guard.decide(sim.world, sim.world.robots, rng)
     sim.world.flames.sources.append(FireLit(10.0, *places[2]))
     sim.world.time = 30.0
@@ -327,7 +332,8 @@ def test_a_busiest_fire_counts_who_comes_from_above():
 def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
     """Beside the exits, then the entrances, lowest floors first; then no more."""
     sim = Simulation(shipped("paper"), Scenario(people=0, sources=9), seed=1)
-    fire, rng = FixedFire(), np.random.default_rng(0)
+    fire = FixedFire()
+    rng = np.random.default_rng(0)
     marks = [m for m in sim.building.landmarks if m.kind is not Kind.DOOR]
     marks.sort(key=lambda m: (m.kind is not Kind.EXIT, m.floor))
     for way in marks:

@@ -63,22 +63,30 @@ def measure(name: str, seed: int) -> dict[str, Any]:
     start = process_time()
     building = Building(read(find(name)))
     Simulation(building)
-    figures: dict[str, Any] = {"load_seconds": {name: process_time() - start}}
-    speeds = figures["person_seconds_per_second"] = {}
+    loading = process_time() - start
+
+    speeds: dict[str, float] = {}
     for case in cases():
         with suppress(InputError):  # they do not fit
             speeds[case] = median(_crowds(building, case, seed))
-    decisions = figures["decisions_per_second"] = {}
-    samples = figures["samples_per_second"] = {}
+
+    decisions: dict[str, float] = {}
+    samples: dict[str, float] = {}
     for each in PRESETS:
         decisions[each], learners = _learning(each, building, seed)
         for side, speed in learners.items():
             samples[f"{each}, {side}"] = speed
-    return figures
+
+    return {
+        "load_seconds": {name: loading},
+        "person_seconds_per_second": speeds,
+        "decisions_per_second": decisions,
+        "samples_per_second": samples,
+    }
 
 
 def _crowds(building: Building, case: str, seed: int) -> Iterator[float]:
-    """Person-seconds per second of runs up to a time."""
+    """Yield person-seconds per second of runs up to a time."""
     people, end = cases()[case]
     for k in _bar(range(seed, seed + RUNS), case):
         scenario = Scenario(people=people)
@@ -118,9 +126,10 @@ def _lives(played: Sequence[Episode], side: Side) -> list[Trajectory]:
 
 
 def _samples(learner: Learner, lives: Sequence[Trajectory]) -> float:
-    """Samples per second of an update that learns from these as often as it takes."""
+    """Measure samples per second of an update that learns from these, repeated."""
     s = learner.settings
     steps = sum(life.steps for life in lives)
+    # so many copies that an update takes at least BATCHES minibatches
     often = -(-BATCHES * s.batch_size // steps)
     for _ in range(2):  # the first one warms up
         learner.add([*lives] * often)

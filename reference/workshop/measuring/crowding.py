@@ -29,7 +29,8 @@ class Crowding:
     def watch(self, simulation: Simulation) -> Callable[[], None]:
         """Watch one more evacuation; returns what notes an instant, for `ticks`."""
         walkable = simulation.building.walkable
-        floor = np.where(walkable, _around(walkable), np.inf)  # square metres
+        # square metres; inf so that a wall is never dense
+        floor = np.where(walkable, _around(walkable), np.inf)
         highest = np.zeros(walkable.shape)
         dead = np.zeros(walkable.shape, int)
         self.building = simulation.building
@@ -62,7 +63,7 @@ class Crowding:
 
 
 def _count(simulation: Simulation, who: np.ndarray) -> np.ndarray:
-    """How many of these people are at each cell."""
+    """Count these people at each cell."""
     cells = simulation.building.walkable
     place = simulation.world.bodies.place[who]
     return np.bincount(place, minlength=cells.size).reshape(cells.shape)
@@ -75,7 +76,7 @@ def _around(cells: np.ndarray) -> np.ndarray:
 
 
 def crowding(simulations: Iterable[Simulation]) -> Crowding:
-    """Run simulations of one building to their ends; tell where people were dense."""
+    """Run simulations of one building to their ends; measure how dense people were."""
     seen = Crowding()
     for simulation in simulations:
         for _ in ticks([simulation], [seen.watch(simulation)]):

@@ -43,7 +43,7 @@ class Crowd(Simulation):
 
     def step(self) -> list[Event]:
         """Run one tick in which nobody thinks."""
-        self.due[:] = False
+        self.due[:] = False  # nobody's turn to run Algorithm 1 or 2
         bodies = self.world.bodies
         if self._anywhere:
             for floor in range(self.building.floors):
@@ -84,7 +84,7 @@ def people(building: Building, seed: int, *groups: tuple[int, Spot]) -> World:
 
 
 def places(building: Building, spot: Spot) -> np.ndarray:
-    """(k,) walkable places of a spot."""
+    """Find the walkable places of a spot: (k,)."""
     chosen = np.zeros_like(building.walkable)
     chosen[spot] = building.walkable[spot]
     return np.flatnonzero(chosen)
@@ -104,13 +104,13 @@ def times(crowd: Crowd, past: Past = lambda bodies: ~bodies.inside) -> np.ndarra
 
 
 def east_of(building: Building, col: int) -> Past:
-    """Who is in this column or east of it, or out?"""
+    """Make what tells who is in this column or east of it, or out."""
     x = building.metres(0, col)[0] - 0.5
     return lambda bodies: (bodies.position[:, 0] >= x) | ~bodies.inside
 
 
 def flow(when: np.ndarray) -> float:
-    """People per second from the first to the last, or to 300 s if some never pass."""
+    """Count people per second from first to last, or to 300 s if some never pass."""
     passed = np.isfinite(when).sum()
     if passed < 2:
         return 0.0
@@ -119,7 +119,7 @@ def flow(when: np.ndarray) -> float:
 
 
 def densest(crowd: Crowd, spot: Spot) -> float:
-    """People per square metre in a spot, in its most crowded ten seconds."""
+    """Find the people per square metre in a spot, in its most crowded ten seconds."""
     part = places(crowd.building, spot)
     ticks = []
     bodies = crowd.world.bodies

@@ -79,7 +79,7 @@ class FixedFire:
 
 
 def next_unburnt(world: World, places: Sequence[Decision]) -> Decision | None:
-    """The next cell of a sequence, by the number of sources, that is not yet burnt."""
+    """Find the next cell of a sequence, by the number of sources, not yet burnt."""
     nav = navigation_of(world.building)
     burnt = (world.flames.burning | world.flames.ash).ravel()
     for at in places[len(world.flames.sources) :]:
@@ -126,7 +126,7 @@ def busiest(world: World, count: int) -> list[Decision]:
     walking = bodies.place[bodies.walking]
     passed, out = traffic(world.building, walking, stairs, world.flames.cost)
     people = passed * free_places(world)
-    order = np.lexsort((out, -people))
+    order = np.lexsort((out, -people))  # the last key counts first
     order = order[people[order] > 0]
 
     # take the first, leave out all that lie near it, and so on

@@ -41,7 +41,7 @@ class Map:
         self.stairs = building.kind.ravel() == Kind.STAIRS
         nearest = ndimage.distance_transform_edt(
             ~building.walkable,
-            sampling=(FAR, 1, 1),
+            sampling=(FAR, 1, 1),  # never a place of another floor
             return_distances=False,
             return_indices=True,
         )
@@ -72,7 +72,7 @@ map_of = lru_cache(maxsize=8)(Map)
 
 
 def between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Metres on foot from places p to places q, broadcast; inf between floors.
+    """Measure metres on foot from places p to q, broadcast; inf between floors.
 
     They come from a table; a row is computed when it is first asked for.
     """
@@ -91,6 +91,7 @@ def between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=8)
 def _table(nav: Navigation) -> tuple[np.ndarray, np.ndarray]:
     """(places,) bool, which rows are known, and (places, floor_size) float32."""
+    # float32: tens of megabytes as it is
     table = np.empty((nav.places, nav.floor_size), dtype=np.float32)
     return np.zeros(nav.places, dtype=bool), table
 
@@ -133,7 +134,7 @@ def way_marks(building: Building, floor: int) -> tuple[list[Any], list[Any]]:
 
 
 def stairs_that_end(building: Building, floor: int) -> list[int]:
-    """Indices of the stairwells from which people come out on a floor."""
+    """List the stairwells from which people come out on a floor, by index."""
     return [k for k, well in enumerate(building.stairwells) if well.lowest == floor]
 
 
@@ -169,11 +170,12 @@ def lightable(building: Building) -> np.ndarray:
 def nearest_places(
     building: Building, marks: Iterable[int], among: np.ndarray
 ) -> list[int]:
-    """The place nearest on foot to each landmark, where there is one.
+    """Find the place nearest on foot to each landmark, where there is one.
 
     among: (places,) bool, those that count
     """
     nav = navigation_of(building)
+    # where nothing counts, or there is no way, a landmark has none
     metres = [np.where(among, nav.distance_to(mark), np.inf) for mark in marks]
     return [int(d.argmin()) for d in metres if np.isfinite(d).any()]
 
@@ -213,7 +215,8 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
 
 
 def decisions_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
-    """How many decisions later the fire decides again, from times (...), s [D2]."""
+    """Count decisions until the fire decides again, from times (...), s [D2]."""
+    # rounded: times are sums of ticks
     since = np.round(time / decision_seconds - paper.FIRE_FIRST_DECISION, 3)
     later = paper.FIRE_EVERY_DECISIONS - since % paper.FIRE_EVERY_DECISIONS
     return np.where(since < 0, -since, later)

@@ -34,7 +34,7 @@ ANSWERS = {
 
 
 def is_code(word: str) -> bool:
-    """Does a word name code: `module:Name`, `package.module:Name`?"""
+    """Tell whether a word names code: `module:Name`, `package.module:Name`."""
     module, _, name = word.partition(":")
     return all(part.isidentifier() for part in (name, *module.split(".")))
 
@@ -101,7 +101,7 @@ def code_digest(word: str) -> str:
 
 
 def _file(word: str) -> Path:
-    """The file of the module that a word names. Raises InputError if it has none."""
+    """Find the file of the module that a word names; InputError if it has none."""
     if path := _module(word).__file__:
         return Path(path)
     raise InputError(f"{word}: name a module, not a folder.")
@@ -110,13 +110,13 @@ def _file(word: str) -> Path:
 def _module(word: str) -> ModuleType:
     """Import a module, first from the current folder."""
     name = word.partition(":")[0]
-    if sys.path[0] not in ("", os.getcwd()):
+    if sys.path[0] not in ("", os.getcwd()):  # as for a script that is started here
         sys.path.insert(0, os.getcwd())
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
         if not f"{name}.".startswith(f"{error.name}."):
-            raise
+            raise  # it is there, but imports what is not
         raise InputError(
             f"{word}: there is no module '{name}'. Write it here as mine:Guide for "
             "`class Guide` in mine.py."

@@ -34,7 +34,7 @@ def traffic(
     passed = np.zeros(nav.places)
     out = np.zeros(nav.places)
     coming = np.concatenate([walking, feet[stairs]])
-    for floor in reversed(range(building.floors)):
+    for floor in reversed(range(building.floors)):  # who comes down is counted there
         ways = [nav.goals[mark] for mark in building.ways_out(floor)]
         goals = np.concatenate([np.zeros(0, dtype=int), *ways])
         d, after = nav.shortest(goals, cost)
@@ -70,7 +70,7 @@ def ways_outside(building: Building, cost: np.ndarray | None) -> np.ndarray:
     nav = navigation_of(building)
     feet = stairwell_feet(building)
     outside = np.full((len(building.landmarks), nav.places), np.inf)
-    for mark in building.landmarks:  # the lowest floor first
+    for mark in building.landmarks:  # the lowest floor first: others build on it
         if mark.leads_out:
             outside[mark.index] = nav.distances(nav.goals[mark.index], cost)
         if mark.leads_out and mark.stairwell >= 0:

@@ -127,7 +127,7 @@ class Flat(Trained):
         """(G, A) actions in [-1, 1] for (G, V) observations."""
         seen = self.layout.scaled(vectors).clip(-1, 1).astype(np.float32)
         if self.side == "robots":
-            seen[~robots_at_work(world)] = 0
+            seen[~robots_at_work(world)] = 0  # who has left, as `FlatEnvironment` shows
         return np.asarray(self.policy(seen), dtype=float)
 
 

@@ -1,10 +1,10 @@
 """The worst fire and the worst errors of observation: Eq. 5, approximated greedily.
 
-[F4] The appendix says that R_w = min E[R] over all attacks cannot
-be computed, and takes the greedy worst case (GWC): at every state the action of lowest
-reward. Each decision is treated alone, so that the cost is linear in their number.
-Eq. 5 attacks what robots observe, as `Disturbed` does; `WorstCase` attacks by fires.
-Eq. 6's R_w, if everybody dies, is below both: see `bounds`.
+[F4] The appendix says that R_w = min E[R] over all attacks cannot be computed, and
+takes the greedy worst case (GWC): at every state the action of lowest reward. Each
+decision is treated alone, so that the cost is linear in their number. Eq. 5 attacks
+what robots observe, as `Disturbed` does; `WorstCase` attacks by fires. Eq. 6's R_w, if
+everybody dies, is below both: see `bounds`.
 
     δ  error of what robots observe;  ε  its largest size, metres
 """
@@ -140,7 +140,7 @@ class First:
 
 
 def _worst(world: World, scenario: Scenario, tries: Sequence[Any], rng: Rng) -> int:
-    """Which robots and fire leave least reward, each tried in the same future."""
+    """Find which robots and fire leave least reward, each tried in the same future."""
     seed = int(rng.integers(2**32))
     futures = [
         another_future(world, scenario, robots, fire, seed) for robots, fire in tries
