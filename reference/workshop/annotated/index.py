@@ -177,8 +177,7 @@ class Citation(NamedTuple):
         citing = [self.text.strip(' "') in paragraph for paragraph in paragraphs]
         k = citing.index(True)
         count = 2 if k == 0 else 1  # after a first line the reason comes next
-        said = uncited(" ".join(paragraphs[k : k + count]))
-        return re.sub(r"^Clauses?: .*?\. ", "", said)
+        return uncited(" ".join(paragraphs[k : k + count]))
 
 
 @cache
