@@ -18,7 +18,7 @@ from reference import Scenario, Simulation, load
 from reference.robots import NoRobots
 from reference.workshop.drawing import save
 from reference.workshop.strategies.guides import Sweep
-from reference.workshop.strategies.own import FlatRobots
+from reference.workshop.strategies.trained import FlatRobots
 from reference.workshop.zoo import parallel_env
 from reference.world import Evacuated
 

@@ -1,28 +1,30 @@
 """The environment for others' learners: PettingZoo's class, gymnasium's spaces.
 
-Clauses: C1, C3, C5, D1, D2, E5.  It needs the extra `pettingzoo`;
-episodes are those of `Environment`, whose methods are the same.
+It needs the extra `pettingzoo`; episodes are those of `Environment`, whose methods are
+the same.
 
 Agents.  "robot_0", "robot_1", ... are a team with one reward; "fire_0". A side that a
 strategy plays is not among them: `robots=` or `fire=`, by a name that `evacuate` knows
 or as an object with `decide`. `fire="random"` leaves robots alone.
 
-Who acts when.  A step is one decision of the robots, 5 s. The fire's action is read at
-every k-th step while it has sources left: its info `acts` is 1 if the next one is read,
-and else 0. A robot whose floor and all above it are empty leaves: it is terminated. In
-the end the others are terminated if nobody is inside any more, truncated if time is up.
+Who acts when [D2].  A step is one decision of the robots, 5 s. The fire's action is
+read at every k-th step while it has sources left: its info `acts` is 1 if the next one
+is read, and else 0. A robot whose floor and all above it are empty leaves: it is
+terminated. In the end the others are terminated if nobody is inside any more, truncated
+if time is up.
 
-Observations.  "vector", 167 numbers for the paper's building (people, robots, fire
-sources as x and y in metres and storey; seconds; see `observations.vector_layout`), and
-"grid", 0 or 1, (channels, rows, columns): walls, fires, exits of each floor.
+Observations [C1] [C3] [D1].  "vector", 167 numbers for the paper's building (people,
+robots, fire sources as x and y in metres and storey; seconds; see
+`observations.vector_layout`), and "grid", 0 or 1, (channels, rows, columns): walls,
+fires, exits of each floor.
 
-Actions.  A robot's: x and y of its next destination, the main body of the building is
-[-1, 1] x [-1, 1]; all nan keeps the old one. The fire's: a floor (equal shares of [-1,
-1]), x and y.
+Actions [C5].  A robot's: x and y of its next destination, the main body of the building
+is [-1, 1] x [-1, 1]; all nan keeps the old one. The fire's: a floor (equal shares of
+[-1, 1]), x and y.
 
-Rewards.  In health points, 100 to a person. The robots': the health of each person who
-leaves a floor alive, 100 more at an exit, -300 for a death. The fire's: what the robots
-lose, less 10 for a place that is refused.
+Rewards [E5].  In health points, 100 to a person. The robots': the health of each person
+who leaves a floor alive, 100 more at an exit, -300 for a death. The fire's: what the
+robots lose, less 10 for a place that is refused.
 
 Infos.  `acts`, and the outcome so far: the fields SO_FAR of `Outcome`.
 
@@ -79,21 +81,23 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         Raises ValueError as `Environment` does, for an unknown name or render mode and
         for a policy that learned elsewhere, MistakesError or OSError for a file.
         """
-        here = load(building) if isinstance(building, str) else building
-        self.scenario, self.render_mode = scenario or Scenario(), render_mode
         modes = self.metadata["render_modes"]
         if render_mode not in (None, *modes):
             raise ValueError(f"render_mode={render_mode!r}: there is None, {modes}")
+        here = load(building) if isinstance(building, str) else building
+        self.scenario = scenario or Scenario()
+        self.render_mode = render_mode
         self.environment = Environment(
             here,
             self.scenario,
             robots=fitting(robots, "robots", here, self.scenario),
             fire=fitting(fire, "fire", here, self.scenario),
         )
-        self.layout = observations.vector_layout(here, self.scenario)
-        self.agents = list[str]()
+        self.agents = list[str]()  # before the first episode
         self.possible_agents = self.environment.possible_agents
         self._history = [tally(self.environment.simulation.world)]
+
+        self.layout = observations.vector_layout(here, self.scenario)
         vector = spaces.Box(self.layout.low, self.layout.high)
         grid = spaces.Box(0, 1, observations.grid_shape(here))
         self.state_space: spaces.Space = vector
@@ -142,7 +146,7 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
 
     def render(self) -> np.ndarray:
         """Draw the picture of a film's frame: (height, width, 3) uint8."""
-        scene, paint = self._film
+        scene, paint = self._film  # made once: the background does not change
         scene.show(self.environment.simulation.world, self._history)
         return paint()[..., :3].copy()
 
@@ -174,20 +178,21 @@ class FlatEnvironment(ZooEnvironment):
 
     def step(self, actions: Mapping[str, Any]) -> Returns:
         """Take one decision of all agents; see `Environment.step`."""
-        if not self.agents:
+        if not self.agents:  # over, or not begun
             return super().step({})
-        seen, rewards, _, cut, infos = super().step(actions)
-        over, everybody = not self.agents, self.possible_agents
+        seen, paid, _, cut, told = super().step(actions)
+        everybody = self.possible_agents
+        over = not self.agents
         late = over and any(cut.values())
-        gone = next(iter(infos.values())) | {"acts": 0.0}
         self.agents = [] if over else everybody.copy()
-        return (
-            seen,
-            {agent: rewards.get(agent, 0.0) / self.unit for agent in everybody},
-            dict.fromkeys(everybody, over and not late),
-            dict.fromkeys(everybody, late),
-            {agent: infos.get(agent, gone) for agent in everybody},
-        )
+
+        # who has left is paid nothing and told how it stands
+        gone = next(iter(told.values())) | {"acts": 0.0}
+        rewards = {agent: paid.get(agent, 0.0) / self.unit for agent in everybody}
+        infos = {agent: told.get(agent, gone) for agent in everybody}
+        terminated = dict.fromkeys(everybody, over and not late)
+        truncated = dict.fromkeys(everybody, late)
+        return seen, rewards, terminated, truncated, infos
 
     def _seen(self, seen: Seen) -> dict[str, Any]:
         gone = np.zeros(self.layout.size, dtype=np.float32)
@@ -204,4 +209,5 @@ class FlatEnvironment(ZooEnvironment):
 
 def parallel_env(*args: Any, flat: bool = False, **chosen: Any) -> ZooEnvironment:
     """Make an environment of these; arguments are those of `ZooEnvironment`."""
-    return (FlatEnvironment if flat else ZooEnvironment)(*args, **chosen)
+    kind = FlatEnvironment if flat else ZooEnvironment
+    return kind(*args, **chosen)

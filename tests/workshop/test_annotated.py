@@ -58,7 +58,8 @@ SAID = [
 @pytest.mark.parametrize("place", SAID)
 def test_each_place_of_the_paper_stands_beside_its_code_and_tests(place, elements):
     """By file and line; none is without."""
-    code, tests = code_of(place), marked_with(place)
+    code = code_of(place)
+    tests = marked_with(place)
     assert code and tests
     shown = text_of(elements[0][anchor(place)])
     if place[:3] in ("Alg", "Eq."):

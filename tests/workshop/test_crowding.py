@@ -27,7 +27,8 @@ def test_density_is_people_per_square_metre_of_floor_around():
     simulation = stage(ROOMS)
     seen = Crowding()
     seen.watch(simulation)()
-    (density,), (kind,) = seen.density, simulation.building.kind
+    (density,) = seen.density
+    (kind,) = simulation.building.kind
     assert density[1, 1] == 3 / 4
     assert density[1, 3] == 1 / 5  # q, on four cells and a door; r is two metres away
     assert density[3, 7] == 0
@@ -37,7 +38,8 @@ def test_density_is_people_per_square_metre_of_floor_around():
 @pytest.mark.paper("B7")
 def test_everybody_who_died_is_counted_where_they_lie():
     """Over all evacuations together; density is the mean of each one's highest."""
-    rule, tiny = Scenario(people=12, time_limit=40.0), shipped("tiny")
+    rule = Scenario(people=12, time_limit=40.0)
+    tiny = shipped("tiny")
     runs = [Simulation(tiny, rule, fire=RandomFire(), seed=seed) for seed in (1, 2)]
     for run in runs:
         run.world.bodies.health[:4] = 1.0

@@ -17,7 +17,7 @@ from reference.simulation import Simulation
 from reference.workshop.comparing import design, jobs, report
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.strategies.guides import Sweep
-from reference.workshop.strategies.own import FlatFire, FlatRobots
+from reference.workshop.strategies.trained import FlatFire, FlatRobots
 
 CODE = """
 from reference.fire import RandomFire
@@ -186,9 +186,11 @@ def test_a_policy_on_flat_observations_plays_as_it_does_in_the_environment(side)
     expected = environment.environment.simulation
     asked.clear()
     if side == "robots":
-        guide, fire = FlatRobots(policy, "tiny", SCENE), expected.fire_strategy
+        guide = FlatRobots(policy, "tiny", SCENE)
+        fire = expected.fire_strategy
     else:
-        guide, fire = Sweep(), FlatFire(policy, "tiny", SCENE)
+        guide = Sweep()
+        fire = FlatFire(policy, "tiny", SCENE)
     ours = Simulation(shipped("tiny"), SCENE, guide, fire, seed=4)
     assert ours.run() == expected.outcome()
     assert ours.events == expected.events
@@ -199,7 +201,7 @@ def test_a_policy_brings_the_building_and_scenario_that_it_has_learned_in(mine, 
     """As a checkpoint does; elsewhere it is refused."""
     Path(f"{mine}.py").write_text(
         "from reference.paper import Scenario\n"
-        "from reference.workshop.strategies.own import FlatRobots\n"
+        "from reference.workshop.strategies.trained import FlatRobots\n"
         "scene = Scenario(people=5, robots_per_floor=1)\n"
         "guide = FlatRobots(lambda seen: seen[:, :2], 'tiny', scene)\n"
     )

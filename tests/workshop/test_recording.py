@@ -30,7 +30,8 @@ def begun():
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
     """The folder of a recording, empty before, and the simulation that it shows."""
-    folder, run = tmp_path_factory.mktemp("recording"), begun()
+    folder = tmp_path_factory.mktemp("recording")
+    run = begun()
     record(run, folder)
     return folder, run
 
@@ -70,7 +71,9 @@ def test_a_file_is_what_jupedsim_writes_in_version_2_and_more(recorded):
 def test_a_recording_shows_everybody_who_walks_in_every_tick(recorded):
     """As the same run without one; nobody on stairs, but who goes a moment longer."""
     folder, watched = recorded
-    run, floors, shown = begun(), [rows(folder, floor) for floor in (0, 1)], 0
+    run = begun()
+    floors = [rows(folder, floor) for floor in (0, 1)]
+    shown = 0
     bodies = run.world.bodies
     while True:
         for i in np.flatnonzero(bodies.walking).tolist():
@@ -92,7 +95,8 @@ def test_the_last_two_rows_of_who_leaves_are_in_the_exit_or_entrance(recorded):
     ways, steps = set(), []
     for event in run.events:
         if isinstance(event, LeftFloor):
-            found, frame = rows(folder, event.floor), round(event.time / run.tick)
+            found = rows(folder, event.floor)
+            frame = round(event.time / run.tick)
             last = [found[frame + k, event.person][:2] for k in (-1, 0, 1)]
             cells = [run.building.cell(*place) for place in last[1:]]
             ways |= {run.building.kind[event.floor, *cell] for cell in cells}

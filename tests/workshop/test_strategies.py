@@ -18,10 +18,17 @@ from reference.workshop.strategies.fires import (
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import (
     Escort,
+    Group,
     Observer,
     Patrol,
     Sweep,
+    Way,
     as_observed,
+    choose,
+    groups,
+    guided_by,
+    nearest_way,
+    unguided,
 )
 from reference.workshop.strategies.observed import before_stairwell
 from reference.world import NOBODY, FireLit, FireRefused
@@ -39,7 +46,9 @@ def decided(robots, sim):
 def test_patrolling_robots_go_from_room_to_way_out_to_room():
     """The next stop as soon as the last one is reached, not before."""
     sim = Simulation(shipped("tiny"), Scenario(people=0), Patrol(), NoFire())
-    patrol, rng, stairs = Patrol(), np.random.default_rng(0), sim.building.stairwells
+    patrol = Patrol()
+    rng = np.random.default_rng(0)
+    stairs = sim.building.stairwells
     robot = sim.world.robots[-1]
     stops = [patrol.decide(sim.world, [robot], rng)[0] for _ in range(6)]
     assert all(stop in [well.centre for well in stairs] for stop in stops[1::2])
@@ -191,15 +200,58 @@ def test_an_observer_decides_the_same_whatever_people_have_in_mind():
     """Whom they follow, where they are headed, and how far down the stairs they are."""
     sim = Simulation(shipped("paper"), Scenario(), Escort(), RandomFire(), seed=3)
     wait(sim, 40)
-    world, rng = sim.world, np.random.default_rng(0)
+    world = sim.world
+    rng = np.random.default_rng(0)
     before = Observer().decide(world, world.robots, rng)
-    bodies, n = world.bodies, len(world.bodies)
+    bodies = world.bodies
+    n = len(world.bodies)
     assert before != Escort().decide(world, world.robots, rng)
     assert np.isfinite(bodies.stairs_until).any()
     bodies.leader[:] = rng.integers(-1, n + len(world.robots), n)
     bodies.landmark[:] = rng.integers(-1, len(sim.building.landmarks), n)
     bodies.stairs_until += 3
     assert Observer().decide(world, world.robots, rng) == before
+
+
+@pytest.mark.parametrize(
+    ("led", "detour", "fetches"),
+    [
+        (1, np.inf, True),  # two in 25 m are more than one in 15 m
+        (1, 10.0, True),
+        (1, 9.0, False),  # the detour is 10 m for one
+        (2, np.inf, False),  # three in 25 m are less than two in 15 m
+        (0, 0.0, True),  # nobody makes a detour
+    ],
+)
+def test_a_guide_chooses_what_saves_most_people_per_metre(led, detour, fetches):
+    """10 m from the way out; by who is 5 m away it is 5 and 15 m. 5 m to come back."""
+    way = Way(landmark=0, here=10.0, metres=np.array([10.0, 15.0]))
+    alone = Group(np.array([True, False]), place=1, point=(5.5, 0.5), metres=5.0)
+    assert (choose([alone], way, led, detour) is alone) == fetches
+
+
+class Usher:
+    """A guide of one's own: it fetches people, and never makes followers wait."""
+
+    def decide(self, world, robots, rng):
+        """Put three functions together."""
+        return [self.goal(world, robot) for robot in robots]
+
+    def goal(self, world, robot):
+        """A group for who leads nobody, else the way out."""
+        led = (guided_by(world) == robot.body).sum()
+        way = nearest_way(world, robot)
+        group = choose(groups(world, robot, unguided(world)), way, led, detour=0.0)
+        return group.point if group else world.building.landmarks[way.landmark].position
+
+
+def test_a_guide_of_ones_own_is_put_together_from_three_functions():
+    """Where `sweep` goes on to fetch q, r and s, this one leads p out."""
+    for follows, column in (("", 10), ("pR", 0)):
+        sim = stage("E...pR....qrs.....#", follows=follows)
+        sim.world.bodies.landmark[0] = 0  # p is on its way out
+        assert decided(Usher(), sim) == column
+        assert decided(Sweep(), sim) == 10
 
 
 # -- Fires --------------------------------------------------------------------------
@@ -241,7 +293,8 @@ def test_a_guard_stands_there_till_another_fire_shows_itself(stands, lit, goes):
     board = "#" + "." * 17 + "E"
     sim = stage(board[:stands] + "R" + board[stands + 1 :], people=0)
     places = [(0, *sim.building.metres(1, column)) for column in (6, 9, lit)]
-    guard, rng = Guard(places[:2]), sim.rng["robots"]
+    guard = Guard(places[:2])
+    rng = sim.rng["robots"]
     guard.decide(sim.world, sim.world.robots, rng)
     sim.world.flames.sources.append(FireLit(10.0, *places[2]))
     sim.world.time = 30.0
@@ -279,7 +332,8 @@ def test_a_busiest_fire_counts_who_comes_from_above():
 def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
     """Beside the exits, then the entrances, lowest floors first; then no more."""
     sim = Simulation(shipped("paper"), Scenario(people=0, sources=9), seed=1)
-    fire, rng = FixedFire(), np.random.default_rng(0)
+    fire = FixedFire()
+    rng = np.random.default_rng(0)
     marks = [m for m in sim.building.landmarks if m.kind is not Kind.DOOR]
     marks.sort(key=lambda m: (m.kind is not Kind.EXIT, m.floor))
     for way in marks:

@@ -54,7 +54,8 @@ def test_two_crowds_that_meet_pass_each_other():
 def test_people_stand_apart_where_they_are_put():
     """Four to a square metre, each with half a metre to the next, in their cells."""
     world = people(ROOM, 0, (8, np.s_[0, 1:2, 2:4]))
-    x, centres = world.bodies.position, navigation_of(world.building).centres
+    x = world.bodies.position
+    centres = navigation_of(world.building).centres
     assert np.abs(x - centres[world.bodies.place]) == pytest.approx(0.25)
     gaps = np.hypot(*(x[:, None] - x).T)[np.triu_indices(8, 1)]
     assert gaps.min() == pytest.approx(0.5)

@@ -46,7 +46,8 @@ def against(robots="sweep", seed=0, **scenario):
 def test_it_chooses_among_free_cells_that_people_cross_and_that_lie_apart():
     """The busiest first."""
     sim = Simulation(shipped("paper"), Scenario())
-    nav, free = navigation_of(sim.building), free_places(sim.world)
+    nav = navigation_of(sim.building)
+    free = free_places(sim.world)
     places = [nav.place(*decision) for decision in busiest(sim.world, 6)]
     assert len(places) == 6 and free[places].all()
     for one, other in pairwise(places):
@@ -63,7 +64,8 @@ def test_it_takes_the_cell_that_leaves_least_reward_to_the_end():
     """Of the busiest, each played out in the same future."""
     sim = against("none", people=10, seed=2)
     wait(sim, 10)
-    world, rng = sim.world, np.random.default_rng(5)
+    world = sim.world
+    rng = np.random.default_rng(5)
     taken = sim.fire_strategy.decide(world, rng)
     seed = int(np.random.default_rng(5).integers(2**32))
     left = {}
@@ -126,7 +128,8 @@ def observers(seconds):
 @pytest.mark.paper("F4", "Eq. 5")
 def test_errors_shift_points_that_are_observed_and_nothing_else():
     """Each by ε at most in x and in y, however far from walls; the world stays."""
-    sim, rng = observers(20), np.random.default_rng(1)
+    sim = observers(20)
+    rng = np.random.default_rng(1)
     layout = vector_layout(sim.building, sim.scenario)
     before = fire_vector(sim.world, sim.scenario)
     off = fire_vector(with_errors(sim.world, 2.0, rng), sim.scenario) - before
@@ -148,10 +151,12 @@ def test_errors_shift_points_that_are_observed_and_nothing_else():
 @pytest.mark.paper("F4", "Eq. 5")
 def test_of_a_few_errors_robots_make_the_one_that_leaves_least_reward():
     """Of four and none, each played out in the same future."""
-    sim, rng = observers(10), np.random.default_rng(5)
+    sim = observers(10)
+    rng = np.random.default_rng(5)
     world, scene = sim.world, sim.scenario
     robots = Disturbed(Observer(), NoFire(), scene, 4.0)
-    taken, rng = robots.decide(world, world.robots, rng), np.random.default_rng(5)
+    taken = robots.decide(world, world.robots, rng)
+    rng = np.random.default_rng(5)
     answers = []
     for most in (0, 4, 4, 4, 4):
         seen = with_errors(world, most, rng)
@@ -208,7 +213,8 @@ def test_fresh_delays_are_distributed_like_what_is_left_of_the_old(lane):
     """A delay that is not over forgets how long it has lasted, a door's too."""
     building = built(f"{'#' * len(lane)}\n{lane}\n{'#' * len(lane)}")
     (_, _, p), (_, _, q) = found([[lane]], "pq")
-    source, rng = FireLit(0.0, 0, *building.metres(1, p)), np.random.default_rng(0)
+    source = FireLit(0.0, 0, *building.metres(1, p))
+    rng = np.random.default_rng(0)
     scenario, came, comes = Scenario(people=0), [], []
     empty = np.zeros(0, dtype=int), np.zeros((0, 2))
     while len(came) < 200:

@@ -25,7 +25,7 @@ from pettingzoo.utils import parallel_to_aec
 from reference.fire import RandomFire
 from reference.workshop import zoo
 from reference.workshop.strategies.guides import Sweep
-from reference.workshop.strategies.own import FlatRobots
+from reference.workshop.strategies.trained import FlatRobots
 
 pytestmark = pytest.mark.extra
 SCENE = Scenario(people=6, training=True)
@@ -74,9 +74,11 @@ def test_pettingzoos_tests_of_states_and_pictures_pass(flat):
 @pytest.mark.parametrize("sides", SIDES[:3])
 def test_whole_episodes_are_the_same_with_and_without_pettingzoo(sides):
     """Same seed, same actions: every observation, reward and flag to the end."""
-    wrapped, bare = made(**sides), Environment(shipped("tiny"), SCENE, **sides)
+    wrapped = made(**sides)
+    bare = Environment(shipped("tiny"), SCENE, **sides)
     assert isinstance(wrapped, ParallelEnv)
-    ours, theirs = bare.reset(5), wrapped.reset(5)
+    ours = bare.reset(5)
+    theirs = wrapped.reset(5)
     rng, steps = np.random.default_rng(0), 0
     for _ in turns(bare):
         assert same(ours[:-1], theirs[:-1]) and wrapped.agents == bare.agents
@@ -85,7 +87,9 @@ def test_whole_episodes_are_the_same_with_and_without_pettingzoo(sides):
         for agent, seen in theirs[0].items():
             assert wrapped.observation_space(agent).contains(seen)
         actions = random_actions(wrapped, rng)
-        ours, theirs, steps = bare.step(actions), wrapped.step(actions), steps + 1
+        ours = bare.step(actions)
+        theirs = wrapped.step(actions)
+        steps = steps + 1
     assert same(ours[:-1], theirs[:-1]) and wrapped.agents == [] and steps > 5
 
 
@@ -98,7 +102,8 @@ def test_infos_tell_how_the_episode_stands():
         *_, infos = environment.step({FIRE: np.zeros(3)})
         assert infos[FIRE].keys() == names
     assert {type(number) for number in infos[FIRE].values()} == {float}
-    outcome, info = environment.environment.simulation.outcome(), infos[FIRE]
+    outcome = environment.environment.simulation.outcome()
+    info = infos[FIRE]
     assert (info["evacuated"], info["died"]) == (outcome.evacuated, outcome.died)
     assert info["reward"] == outcome.reward and info["acts"] == 0
 

@@ -10,6 +10,7 @@ robot observes, and `guard` one sequence of fires.
 
 from argparse import ArgumentParser
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from itertools import product
 from math import inf
 from unittest.mock import patch
@@ -23,26 +24,52 @@ from reference.workshop.lockstep import to_the_end
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import guides
 from reference.workshop.strategies.guard import Guard
-from reference.workshop.strategies.guides import Observer, Sweep, as_observed
+from reference.workshop.strategies.guides import (
+    Observer,
+    Sweep,
+    Way,
+    as_observed,
+    decide_in_turn,
+    risk,
+    safest_way,
+    unguided,
+)
+from reference.workshop.strategies.traffic import ways_outside
 
 
-class SweepAsObserved(Sweep):
+class SweepAsObserved:
     """`sweep`, with a robot's knowledge."""
 
     def decide(self, world, robots, rng):
-        return super().decide(as_observed(world), robots, rng)
+        return Sweep().decide(as_observed(world), robots, rng)
 
 
-class OneWayOutEach(Observer):
+def as_observer(world, robots, way_of):
+    """Decide as `observer`, but take another way out: way_of(outside, robot, led)."""
+    seen = as_observed(world)
+    outside = ways_outside(seen.building, risk(seen))
+    on_stairs = seen.bodies.inside & ~seen.bodies.walking
+    lost = unguided(seen) | on_stairs
+    return decide_in_turn(seen, robots, lost, partial(way_of, outside), guides.DETOUR)
+
+
+def way_by(outside, robot, landmark):
+    """The way out by a landmark, wherever it is cheaper by another."""
+    return Way(landmark, float(outside[landmark, robot.place]), outside[landmark])
+
+
+class OneWayOutEach:
     """`observer`, but each robot of a floor keeps to a way out of its own."""
 
-    def _way_out(self, world, robot, d, led):
-        ways = world.building.ways_out(robot.floor)
-        on = self._outside[ways[robot.number % len(ways)]]
-        return ways[robot.number % len(ways)], on, float(on[robot.place])
+    def decide(self, world, robots, rng):
+        def way_of(outside, robot, led):
+            ways = world.building.ways_out(robot.floor)
+            return way_by(outside, robot, ways[robot.number % len(ways)])
+
+        return as_observer(world, robots, way_of)
 
 
-class Faithful(Observer):
+class Faithful:
     """`observer`, but people who are led go on to their way out.
 
     Another has to be less than a third as far, flames counted.
@@ -51,16 +78,18 @@ class Faithful(Observer):
     def __init__(self):
         self.chosen = {}  # by robot, the way out of those it leads
 
-    def _way_out(self, world, robot, d, led):
-        way, on, here = super()._way_out(world, robot, d, led)
-        kept = self.chosen.get(robot.body, way)
+    def decide(self, world, robots, rng):
+        return as_observer(world, robots, self.way_of)
+
+    def way_of(self, outside, robot, led):
+        way = safest_way(outside, robot, led)
+        kept = self.chosen.pop(robot.body, way.landmark)
         if not led:
-            self.chosen.pop(robot.body, None)
-            return way, on, here
-        if self._outside[kept, robot.place] < 3 * here:
-            way, on = kept, self._outside[kept]
-        self.chosen[robot.body] = way
-        return way, on, float(on[robot.place])
+            return way
+        if outside[kept, robot.place] < 3 * way.here:
+            way = way_by(outside, robot, kept)
+        self.chosen[robot.body] = way.landmark
+        return way
 
 
 FAMILY = {
@@ -77,7 +106,7 @@ FAMILY = {
     "sweep as observed": (SweepAsObserved, {}),
     "guard": (Guard, {}),
 }
-"""A class, and what is different in it or in its module."""
+"""A class, and what is different in its module."""
 
 UNDER = ("random", "busiest", "fixed", "closer", "greedy")
 
@@ -85,8 +114,7 @@ UNDER = ("random", "busiest", "fixed", "closer", "greedy")
 def saved(name, fire, seeds):
     """Per cent of people saved in each evacuation."""
     guide, differs = FAMILY[name]
-    owner = {key: guide if hasattr(guide, key) else guides for key in differs}
-    patches = [patch.object(owner[key], key, value) for key, value in differs.items()]
+    patches = [patch.object(guides, key, value) for key, value in differs.items()]
     for one in patches:
         one.start()
     runs = [

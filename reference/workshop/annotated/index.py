@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator
 from functools import cache
 from inspect import cleandoc
+from itertools import pairwise
 from operator import attrgetter
 from pathlib import Path
 from textwrap import dedent
@@ -90,10 +91,12 @@ def _within(
 ) -> Iterator[Symbol]:
     """All symbols of a module or class; a `pytestmark` marks all tests below it."""
     marks: Marks = ()
-    for node, after in zip(parent.body, [*parent.body[1:], ast.Pass()], strict=True):
+    nodes = [*parent.body, ast.Pass()]
+    for node, after in pairwise(nodes):
         last = node.end_lineno or node.lineno
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
-            name, doc = prefix + node.name, ast.get_docstring(node) or ""
+            name = prefix + node.name
+            doc = ast.get_docstring(node) or ""
             first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
             shared = marks if node.name.startswith("test_") else ()
             own = _marks(node.decorator_list)
@@ -105,8 +108,10 @@ def _within(
             name = prefix + ast.unparse(target).strip("()")
             if name == "pytestmark" and node.value:
                 marks = _marks([node.value])
+            # a string below an assignment is its docstring
             doc = ast.get_docstring(ast.Module([after], [])) or ""
-            last = after.end_lineno or last if doc else last
+            if doc:
+                last = after.end_lineno or last
             yield Symbol(path, node.lineno, last, name, doc)
 
 
@@ -168,10 +173,11 @@ class Citation(NamedTuple):
             return uncited(" ".join(line.strip("# ") for line in below))
         if "#" in self.text:
             return uncited(self.text.split("#", 1)[1]).lstrip(": ")
-        told = self.symbol.doc.split("\n\n")
-        k = next(k for k, said in enumerate(told) if self.text.strip(' "') in said)
-        said = uncited(" ".join(told[k : k + 1 + (k == 0)]))
-        return re.sub(r"^Clauses?: .*?\. ", "", said)
+        paragraphs = self.symbol.doc.split("\n\n")
+        citing = [self.text.strip(' "') in paragraph for paragraph in paragraphs]
+        k = citing.index(True)
+        count = 2 if k == 0 else 1  # after a first line the reason comes next
+        return uncited(" ".join(paragraphs[k : k + count]))
 
 
 @cache
@@ -187,11 +193,15 @@ def citations() -> tuple[Citation, ...]:
 def _cited(path: Path) -> Iterator[Citation]:
     for number, line in enumerate(lines_of(path), 1):
         around = [s for s in symbols(path) if s.first <= number <= s.last]
+
+        # in brackets
         for text in re.findall(r"\[([A-F]\d{1,2}\b[^\[\]]*)\]", line):
             keys = [*re.findall(r"\b[A-F]\d{1,2}\b", text), *named_in(text)]
             once = tuple(dict.fromkeys(keys))
             kinds = tuple(k for k in KINDS if k in re.split("[,;:] *", text))
             yield Citation(once, kinds, around[-1], number, line)
+
+        # by the number of an algorithm's line
         heads = " ".join(symbol.doc.split("\n")[0] for symbol in around)
         algorithm = re.search(r"Alg\. \d(?=\])", heads)
         numbers = re.search(r"  # ([\d, ]+)(?:\D|$)", line)
@@ -262,7 +272,8 @@ def boards_of(test: Symbol) -> list[str]:
     words = set(re.findall(r"\w+", test.source))
     helpers = [s for s in around if s.name in words and not s.name.isupper()]
     for helper in helpers:
-        words.update(re.findall(r"\b[A-Z_]+\b", helper.source))
+        constants = re.findall(r"\b[A-Z_]+\b", helper.source)
+        words.update(constants)
     named = [s for s in around if s.name in words]
     texts = [text for each in (*named, test) for text in _texts(each)]
     return list(dict.fromkeys(filter(is_board, texts)))
@@ -277,7 +288,9 @@ def _texts(of: Symbol) -> list[str]:
 
 def is_board(text: str) -> bool:
     """Has it floor, and rows of six signs or more, or several rows? Not walls alone."""
-    rows = [row for _, rows in passes_of(text) if "." in text for row in rows]
+    if "." not in text:
+        return False
+    rows = [row for _, rows in passes_of(text) for row in rows]
     long = [row for row in rows if re.search(r"##|\.\.", row) and len(row) > 5]
     return bool(long) or (len(rows) > 2 and any("##" in row for row in rows))
 
@@ -287,7 +300,7 @@ def passes_of(board: str) -> list[tuple[str, list[str]]]:
 
     A line that is no row parts two: "then", or a film's caption.
     """
-    passes: list[tuple[str, list[str]]] = [("", [])]
+    passes: list[tuple[str, list[str]]] = [("", [])]  # before the first caption
     for row in board.split("\n"):
         if SIGNS.fullmatch(row):
             passes[-1][1].append(row)

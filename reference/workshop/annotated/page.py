@@ -67,7 +67,8 @@ def _pictures(building: Building) -> dict[str, str]:
     figures = {"Eq. 3": snapping(), "Eq. 4": curve()}
     for number, place in enumerate(WORDS["figures"], 1):
         draw = getattr(drawing, index.symbols_of(place)[0].name)
-        figures[place] = draw(building, **{"floor": number - 4} if number > 3 else {})
+        floor = {"floor": number - 4} if number > 3 else {}  # Figs. 4-6 show one each
+        figures[place] = draw(building, **floor)
     return {place: inline(figure) for place, figure in figures.items()}
 
 
@@ -116,12 +117,13 @@ def pictures_of_boards() -> Callable[[str], str]:
         html = ""
         for caption, rows in index.passes_of(text):
             rows = walled(rows)
-            shapes, wide = board(rows), max(map(len, rows))
-            if (name := known.get(shapes)) is not None:
-                inner = f'<use href="#{name}"/>'
+            wide = max(map(len, rows))
+            shapes = board(rows)
+            if shapes in known:
+                inner = f'<use href="#{known[shapes]}"/>'
             else:
-                name = known[shapes] = f"board-{len(known)}"
-                inner = f'<g id="{name}">{shapes}</g>'
+                known[shapes] = f"board-{len(known)}"
+                inner = f'<g id="{known[shapes]}">{shapes}</g>'
             size = f'viewBox="0 0 {wide} {len(rows)}" width="{15 * wide}"'
             said = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
             html += f"<figure><svg {size}>{inner}</svg>{said}</figure>"

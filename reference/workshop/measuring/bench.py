@@ -1,6 +1,6 @@
 """Measure how fast maps are read, crowds walk, rollouts are played and learners learn.
 
-Clauses: E1, E2, E3.  On one core; seconds are the processor's, so that what else runs
+On one core; seconds are the processor's, so that what else runs
 on a machine changes little.
 """
 
@@ -19,7 +19,7 @@ from reference.building import Building, plan_of
 from reference.fire import RandomFire
 from reference.learning.experience import Trajectory
 from reference.learning.ppo import Learner
-from reference.learning.rollouts import play
+from reference.learning.rollouts import Episode, play
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
@@ -63,21 +63,30 @@ def measure(name: str, seed: int) -> dict[str, Any]:
     start = process_time()
     building = Building(read(find(name)))
     Simulation(building)
-    figures: dict[str, Any] = {"load_seconds": {name: process_time() - start}}
-    speeds = figures["person_seconds_per_second"] = {}
+    loading = process_time() - start
+
+    speeds: dict[str, float] = {}
     for case in cases():
         with suppress(InputError):  # they do not fit
             speeds[case] = median(_crowds(building, case, seed))
-    decisions = figures["decisions_per_second"] = {}
-    samples = figures["samples_per_second"] = {}
+
+    decisions: dict[str, float] = {}
+    samples: dict[str, float] = {}
     for each in PRESETS:
         decisions[each], learners = _learning(each, building, seed)
-        samples |= {f"{each}, {side}": speed for side, speed in learners.items()}
-    return figures
+        for side, speed in learners.items():
+            samples[f"{each}, {side}"] = speed
+
+    return {
+        "load_seconds": {name: loading},
+        "person_seconds_per_second": speeds,
+        "decisions_per_second": decisions,
+        "samples_per_second": samples,
+    }
 
 
 def _crowds(building: Building, case: str, seed: int) -> Iterator[float]:
-    """Person-seconds per second of runs up to a time."""
+    """Yield person-seconds per second of runs up to a time."""
     people, end = cases()[case]
     for k in _bar(range(seed, seed + RUNS), case):
         scenario = Scenario(people=people)
@@ -96,18 +105,31 @@ def _learning(
     jobs = training.jobs()
     with one_thread():
         play(replace(jobs[0], seeds=jobs[0].seeds[:1]), advance=together)  # warm up
+
         start = process_time()
-        played = [e for job in _bar(jobs, name) for e in play(job, advance=together)]
+        played = []
+        for job in _bar(jobs, name):
+            played += play(job, advance=together)
         seconds = process_time() - start
-        lives = {side: [t for e in played if (t := getattr(e, side))] for side in SIDES}
-        both = _bar(training.learners.items(), name)
-        speeds = {side: _samples(learner, lives[side]) for side, learner in both}
+
+        speeds = {}
+        lives = {side: _lives(played, side) for side in SIDES}
+        for side, learner in _bar(training.learners.items(), name):
+            speeds[side] = _samples(learner, lives[side])
     return sum(life.steps for life in lives["robots"]) / seconds, speeds
 
 
+def _lives(played: Sequence[Episode], side: Side) -> list[Trajectory]:
+    """Collect a side's trajectories; an episode may have none."""
+    lives = (getattr(episode, side) for episode in played)
+    return [life for life in lives if life]
+
+
 def _samples(learner: Learner, lives: Sequence[Trajectory]) -> float:
-    """Samples per second of an update that learns from these as often as it takes."""
-    s, steps = learner.settings, sum(life.steps for life in lives)
+    """Measure samples per second of an update that learns from these, repeated."""
+    s = learner.settings
+    steps = sum(life.steps for life in lives)
+    # so many copies that an update takes at least BATCHES minibatches
     often = -(-BATCHES * s.batch_size // steps)
     for _ in range(2):  # the first one warms up
         learner.add([*lives] * often)

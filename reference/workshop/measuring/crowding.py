@@ -1,6 +1,6 @@
-"""How dense people were, and where they died, over one evacuation or many.
+"""Measure how dense people were, and where they died, over one evacuation or many.
 
-Clause: B7 for deaths.  The density at a cell is people per square metre of floor in the
+The density at a cell is people per square metre of floor in the
 square of 3 m around it; on stairs nobody is counted.
 """
 
@@ -29,8 +29,10 @@ class Crowding:
     def watch(self, simulation: Simulation) -> Callable[[], None]:
         """Watch one more evacuation; returns what notes an instant, for `ticks`."""
         walkable = simulation.building.walkable
-        floor = np.where(walkable, _around(walkable), np.inf)  # square metres
-        highest, dead = np.zeros(walkable.shape), np.zeros(walkable.shape, int)
+        # square metres; inf so that a wall is never dense
+        floor = np.where(walkable, _around(walkable), np.inf)
+        highest = np.zeros(walkable.shape)
+        dead = np.zeros(walkable.shape, int)
         self.building = simulation.building
         self._highest.append(highest)
         self._dead.append(dead)
@@ -56,12 +58,12 @@ class Crowding:
 
     @property
     def deaths(self) -> np.ndarray:
-        """How many died at each cell, in all together: (floors, rows, cols)."""
+        """How many died at each cell, in all together [B7]: (floors, rows, cols)."""
         return np.sum(self._dead, axis=0)
 
 
 def _count(simulation: Simulation, who: np.ndarray) -> np.ndarray:
-    """How many of these people are at each cell."""
+    """Count these people at each cell."""
     cells = simulation.building.walkable
     place = simulation.world.bodies.place[who]
     return np.bincount(place, minlength=cells.size).reshape(cells.shape)
@@ -74,7 +76,7 @@ def _around(cells: np.ndarray) -> np.ndarray:
 
 
 def crowding(simulations: Iterable[Simulation]) -> Crowding:
-    """Run simulations of one building to their ends; tell where people were dense."""
+    """Run simulations of one building to their ends; measure how dense people were."""
     seen = Crowding()
     for simulation in simulations:
         for _ in ticks([simulation], [seen.watch(simulation)]):

@@ -1,8 +1,6 @@
-"""Crowds that know the way and do not think, on small maps, and what is measured there.
+"""Let crowds that know the way and do not think walk on small maps; measure them.
 
-Clauses: A3, A9, F8.
-
-    n   people;  rows, cols  of a floor's drawing, walls included
+n   people;  rows, cols  of a floor's drawing, walls included
 """
 
 from collections.abc import Callable, Sequence
@@ -29,7 +27,7 @@ Past = Callable[[Bodies], np.ndarray]
 
 
 class Crowd(Simulation):
-    """Bodies without minds, who walk to the nearest way out, or to a goal each.
+    """Bodies without minds, who walk to the nearest way out, or to a goal each [A9].
 
     goals: (n,) landmarks, on one floor;  limit: s
     """
@@ -45,7 +43,7 @@ class Crowd(Simulation):
 
     def step(self) -> list[Event]:
         """Run one tick in which nobody thinks."""
-        self.due[:] = False
+        self.due[:] = False  # nobody's turn to run Algorithm 1 or 2
         bodies = self.world.bodies
         if self._anywhere:
             for floor in range(self.building.floors):
@@ -70,7 +68,9 @@ def hall(*rows: str) -> Building:
 
 def people(building: Building, seed: int, *groups: tuple[int, Spot]) -> World:
     """Put people in spots, (count, spot) each, at most four on 1 m²; nobody dies."""
-    rng, place, aside = np.random.default_rng(seed), [], []
+    rng = np.random.default_rng(seed)
+    place: list[np.ndarray] = []
+    aside: list[np.ndarray] = []  # from the middle of a cell to that of its quarter
     for count, spot in groups:
         quarters = np.repeat(places(building, spot), 4)
         chosen = rng.choice(len(quarters), count, replace=False)
@@ -84,7 +84,7 @@ def people(building: Building, seed: int, *groups: tuple[int, Spot]) -> World:
 
 
 def places(building: Building, spot: Spot) -> np.ndarray:
-    """(k,) walkable places of a spot."""
+    """Find the walkable places of a spot: (k,)."""
     chosen = np.zeros_like(building.walkable)
     chosen[spot] = building.walkable[spot]
     return np.flatnonzero(chosen)
@@ -104,23 +104,28 @@ def times(crowd: Crowd, past: Past = lambda bodies: ~bodies.inside) -> np.ndarra
 
 
 def east_of(building: Building, col: int) -> Past:
-    """Who is in this column or east of it, or out?"""
+    """Make what tells who is in this column or east of it, or out."""
     x = building.metres(0, col)[0] - 0.5
     return lambda bodies: (bodies.position[:, 0] >= x) | ~bodies.inside
 
 
 def flow(when: np.ndarray) -> float:
-    """People per second from the first to the last, or to 300 s if some never pass."""
-    passed, last = np.isfinite(when).sum(), min(when.max(), BARE.time_limit)
-    return float((passed - 1) / (last - when.min())) if passed > 1 else 0.0
+    """Count people per second from first to last, or to 300 s if some never pass."""
+    passed = np.isfinite(when).sum()
+    if passed < 2:
+        return 0.0
+    last = min(when.max(), BARE.time_limit)
+    return float((passed - 1) / (last - when.min()))
 
 
 def densest(crowd: Crowd, spot: Spot) -> float:
-    """People per square metre in a spot, in its most crowded ten seconds."""
-    part, ticks = places(crowd.building, spot), []
+    """Find the people per square metre in a spot, in its most crowded ten seconds."""
+    part = places(crowd.building, spot)
+    ticks = []
+    bodies = crowd.world.bodies
     while not crowd.done:
         crowd.step()
-        here = crowd.world.bodies.place[crowd.world.bodies.walking]
+        here = bodies.place[bodies.walking]
         ticks.append(np.isin(here, part).sum() / len(part))
     ten = round(10 / crowd.tick)
     return float(np.convolve(ticks, np.full(ten, 1 / ten)).max())

@@ -1,6 +1,6 @@
 """Record trajectories of an evacuation for other programs, one file per floor.
 
-Clauses: A7, A8, B4, B7.  The format is JuPedSim's SQLite, version 2, which PedPy
+The format is JuPedSim's SQLite, version 2, which PedPy
 loads. People on stairs are on no floor; robots, which hinder nobody, are left out. A
 row of `trajectory_data`:
 
@@ -86,41 +86,56 @@ def recording(simulation: Simulation, folder: Path) -> Iterator[Callable[[], Non
 
 
 class _Recorder:
-    """Rows (k, 10) of all instants noted, floor in the first column."""
+    """Collects rows (k, 10) of all instants noted, floor in the first column."""
 
     def __init__(self, simulation: Simulation) -> None:
-        self.simulation, self.rows = simulation, list[np.ndarray]()
+        self.simulation = simulation
+        self.rows: list[np.ndarray] = []
         self.position = simulation.world.bodies.position.copy()
         self.heading = np.zeros_like(self.position)
         self.walked = np.empty(0, int)  # who walked in the tick to come
 
     def note(self) -> None:
         """Note who walks, or walked until now; one step more for those who left."""
-        bodies, tick = self.simulation.world.bodies, self.simulation.ticks
-        position, before = bodies.position.copy(), self.position
+        bodies = self.simulation.world.bodies
+        tick = self.simulation.ticks
+        position = bodies.position.copy()
         position[self.walked] = self.simulation.walked_to  # before stairs took any in
-        step, cell = position - before, np.floor(position)
+        step = position - self.position
         far = np.hypot(*step.T)[:, None]
         self.heading = np.where(far > 0, step / np.maximum(far, 1e-9), self.heading)
-        beyond = np.clip(position + step, cell + HAIR, cell + 1 - HAIR)
-        left = np.flatnonzero(~bodies.walking & (bodies.health > 0))
         walking = np.flatnonzero(bodies.walking)
         self._add(np.union1d(self.walked, walking), tick, position)
+
+        # who has left goes on a step, within the cell
+        left = np.flatnonzero(~bodies.walking & (bodies.health > 0))
+        cell = np.floor(position)
+        beyond = np.clip(position + step, cell + HAIR, cell + 1 - HAIR)
         self._add(np.intersect1d(self.walked, left), tick + 1, beyond)
-        self.position, self.walked = position, walking
+
+        self.position = position
+        self.walked = walking
 
     def _add(self, who: np.ndarray, frame: int, position: np.ndarray) -> None:
         """Add rows of these people; position: (n, 2) of everybody."""
         bodies = self.simulation.world.bodies
-        columns = position, self.heading, bodies.mode, bodies.leader, bodies.health
-        first = bodies.floor[who], np.full(len(who), frame), who
-        self.rows.append(np.column_stack([*first, *(each[who] for each in columns)]))
+        columns = [
+            bodies.floor[who],
+            np.full(len(who), frame),
+            who,
+            position[who],
+            self.heading[who],
+            bodies.mode[who],
+            bodies.leader[who],
+            bodies.health[who],
+        ]
+        self.rows.append(np.column_stack(columns))
 
 
 def _file(simulation: Simulation, floor: int, rows: np.ndarray) -> bytes:
     """Make the content of one floor's file; rows: (k, 9) as in `trajectory_data`."""
     metadata = [("version", "2"), ("fps", str(1 / simulation.tick))]
-    area = 0, walkable_area(simulation.building, floor)
+    area = (0, walkable_area(simulation.building, floor))
     frames = ((frame, 0) for frame in range(simulation.ticks + 2))
     places = ", ".join("?" * rows.shape[1])
     with closing(sqlite3.connect(":memory:")) as file:
@@ -138,11 +153,14 @@ def walkable_area(building: Building, floor: int) -> str:
 
     One for each run of cells in a row; readers unite them.
     """
-    top, left = building.origin
     free = np.pad(building.walkable[floor], ((0, 0), (1, 1))).astype(int)
-    ends = np.argwhere(np.diff(free)).reshape(-1, 2, 2) - (top, left)
+    ends = np.argwhere(np.diff(free)).reshape(-1, 2, 2) - building.origin
     boxes = []
-    for (y, west), (_, east) in ends.tolist():
-        corners = (west, -y - 1), (east, -y - 1), (east, -y), (west, -y), (west, -y - 1)
-        boxes.append(f"POLYGON (({', '.join(f'{x} {y}' for x, y in corners)}))")
+    for (row, west), (_, east) in ends.tolist():
+        south = -row - 1
+        north = -row
+        boxes.append(
+            f"POLYGON (({west} {south}, {east} {south}, {east} {north}, "
+            f"{west} {north}, {west} {south}))"
+        )
     return f"GEOMETRYCOLLECTION ({', '.join(boxes)})"

@@ -1,8 +1,8 @@
 """Strategies of robots and fires by name.
 
-Clauses: C7, D2.  To add one, write a class with a `decide` as `RobotStrategy` or
-`FireStrategy` describes it, in a module here, and name it in the table below: then
-every command knows it.
+To add one, write a class with a `decide` as `RobotStrategy` or `FireStrategy` describes
+it, in a module here, and name it in the table below: then every command knows it. The
+first line of its docstring is what the commands say of it.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,7 +21,7 @@ from reference.workshop.strategies.fires import (
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import Escort, Observer, Patrol, Sweep
 
-ROBOTS: dict[str, type[RobotStrategy]] = {
+ROBOTS: dict[str, type[RobotStrategy]] = {  # [C7]
     "none": NoRobots,
     "random": RandomRobots,
     "patrol": Patrol,
@@ -31,7 +31,7 @@ ROBOTS: dict[str, type[RobotStrategy]] = {
     "guard": Guard,
 }
 GUIDES = tuple(name for name in ROBOTS if name != "none")  # who can be copied
-FIRES: dict[str, type[FireStrategy]] = {
+FIRES: dict[str, type[FireStrategy]] = {  # [D2]
     "none": NoFire,
     "random": RandomFire,
     "greedy": GreedyFire,

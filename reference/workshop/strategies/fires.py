@@ -1,8 +1,6 @@
 """Scripted fires beyond the simplest; to add one, see the folder's `__init__`.
 
-Clauses: D2, D6, F4.
-
-    p   place
+p   place
 """
 
 from collections.abc import Iterable, Sequence
@@ -33,20 +31,23 @@ class GreedyFire:
     @staticmethod
     def _traffic(world: World) -> np.ndarray:
         """Walk everyone to their goals; (places,) how many people cross each place."""
-        nav, bodies = navigation_of(world.building), world.bodies
+        nav = navigation_of(world.building)
+        bodies = world.bodies
+        who = np.flatnonzero(bodies.walking)
+        targets = nav.places_at(bodies.floor[who], bodies.target[who])
         traffic = np.zeros(nav.places)
-        for i in np.flatnonzero(bodies.walking).tolist():
-            mark, p = int(bodies.landmark[i]), int(bodies.place[i])
-            goal = nav.places_at(bodies.floor[i : i + 1], bodies.target[i : i + 1])
-            chain = walk(nav, p, mark) if mark >= 0 else nav.straight(p, int(goal[0]))
-            np.add.at(traffic, list(set(chain)), 1)
+        for i, target in zip(who.tolist(), targets.tolist(), strict=True):
+            p = int(bodies.place[i])
+            mark = int(bodies.landmark[i])
+            crossed = walk(nav, p, mark) if mark >= 0 else nav.straight(p, target)
+            traffic[list(set(crossed))] += 1
         return traffic
 
 
 class CloserFire:
     """Closes the ways out in turn: lights the free cell nearest to each.
 
-    Exits come first, then entrances to stairs that lead down; lowest floors first.
+    [D2] Exits come first, then entrances to stairs that lead down; lowest floors first.
     """
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
@@ -78,11 +79,13 @@ class FixedFire:
 
 
 def next_unburnt(world: World, places: Sequence[Decision]) -> Decision | None:
-    """The next cell of a sequence, by the number of sources, that is not yet burnt."""
-    flames, place = world.flames, navigation_of(world.building).place
-    gone = (flames.burning | flames.ash).ravel()
-    left = (at for at in places[len(flames.sources) :] if not gone[place(*at)])
-    return next(left, None)
+    """Find the next cell of a sequence, by the number of sources, not yet burnt."""
+    nav = navigation_of(world.building)
+    burnt = (world.flames.burning | world.flames.ash).ravel()
+    for at in places[len(world.flames.sources) :]:
+        if not burnt[nav.place(*at)]:
+            return at
+    return None
 
 
 def beside_ways_out(world: World) -> list[Decision]:
@@ -98,7 +101,7 @@ def exits_first(building: Building) -> list[Landmark]:
 
 
 def places_beside(building: Building, marks: Iterable[int]) -> list[int]:
-    """The cell nearest on foot to each landmark that fire may enter, where one is."""
+    """Find the cell nearest to each landmark that fire may enter, where one is [D6]."""
     return nearest_places(building, marks, lightable(building))
 
 
@@ -117,18 +120,21 @@ def busiest(world: World, count: int) -> list[Decision]:
     Everybody takes the cheapest way outside. Among equals, those nearest to the way out
     come first.
     """
-    nav, bodies = navigation_of(world.building), world.bodies
+    nav = navigation_of(world.building)
+    bodies = world.bodies
     stairs = bodies.stairwell[bodies.inside & (bodies.stairwell >= 0)]
     walking = bodies.place[bodies.walking]
     passed, out = traffic(world.building, walking, stairs, world.flames.cost)
     people = passed * free_places(world)
-    order = np.lexsort((out, -people))
+    order = np.lexsort((out, -people))  # the last key counts first
     order = order[people[order] > 0]
+
+    # take the first, leave out all that lie near it, and so on
     places: list[Decision] = []
     while len(order) and len(places) < count:
         p = order[0]
         places.append(decision_at(world, p))
         metres = np.hypot(*(nav.centres[order] - nav.centres[p]).T)
-        same = order // nav.floor_size == p // nav.floor_size
-        order = order[~same | (metres >= APART)]
+        same_floor = order // nav.floor_size == p // nav.floor_size
+        order = order[~same_floor | (metres >= APART)]
     return places

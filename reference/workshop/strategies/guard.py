@@ -1,6 +1,6 @@
 """Robots that know where a fire will be lit next, and stand there.
 
-Clauses: C7, D2, D6.  A fire that repeats itself can be guarded against.
+A fire that repeats itself can be guarded against.
 
     p   place;  d  metres on foot
 """
@@ -24,7 +24,7 @@ SPARE = 1.0  # [C7, chosen] seconds that a robot plans to be early
 BESIDE = 4.0  # [C7, chosen] metres: a fire so near a guarded cell saw the guard
 
 
-class Guard(Observer):
+class Guard:
     """Do as `observer`, but stand where `fixed` will light its next fire.
 
     [D6] No fire starts in a cell where a robot stands. The nearest robot of that floor
@@ -42,30 +42,49 @@ class Guard(Observer):
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Decide as `observer` for all but the one that has to go and guard."""
-        destinations = super().decide(world, robots, rng)
+        destinations = Observer().decide(world, robots, rng)
         if self.places is None:
             self.places = beside_ways_out(world)
-        if (awaited := next_unburnt(world, self.places)) is None:
+        awaited = next_unburnt(world, self.places)
+        if awaited is None:
             return destinations
-        floor, x, y = awaited
-        nav, sources = navigation_of(world.building), world.flames.sources
-        p = nav.place(floor, x, y)
+
+        # remember what a fire that repeats itself would do now
+        sources = world.flames.sources
+        p = navigation_of(world.building).place(*awaited)
         stood = any(robot.place == p for robot in world.robots)
         self._awaited[len(sources)] = awaited, stood
-        team = [robot for robot in robots if robot.floor == floor]
-        known = all(starmap(self._was_awaited, enumerate(sources)))
-        if known and team and actual_target(world.building, floor, x, y) == (x, y):
-            d = nav.distances([p])
-            nearest = min(team, key=lambda robot: d[robot.place])
-            needs = SPARE + d[nearest.place] / paper.ROBOT_SPEED
-            left = decisions_to_next_fire(world.time, paper.DECISION_SECONDS)
-            if 0 <= left * paper.DECISION_SECONDS - needs < paper.DECISION_SECONDS:
-                destinations[robots.index(nearest)] = x, y
+
+        if all(starmap(self._was_awaited, enumerate(sources))):
+            guard = _who_sets_off(world, robots, awaited)
+            if guard is not None:
+                destinations[robots.index(guard)] = awaited[1:]
         return destinations
 
     def _was_awaited(self, number: int, source: FireLit) -> bool:
         """Was it lit where it was awaited, or far away since a robot stood there?"""
         lit = source.floor, source.x, source.y
         awaited, stood = self._awaited.get(number, (lit, False))
-        far = lit[0] != awaited[0] or dist(lit[1:], awaited[1:]) > BESIDE
-        return far if stood else lit == awaited
+        if not stood:
+            return lit == awaited
+        return lit[0] != awaited[0] or dist(lit[1:], awaited[1:]) > BESIDE
+
+
+def _who_sets_off(
+    world: World, robots: Sequence[Robot], awaited: Decision
+) -> Robot | None:
+    """Find the robot that has to set off now to guard a cell in time; None if none.
+
+    [D2] The nearest goes, with the last decision that lets it be there before the fire.
+    """
+    floor, x, y = awaited
+    team = [robot for robot in robots if robot.floor == floor]
+    if not team or actual_target(world.building, floor, x, y) != (x, y):
+        return None
+    nav = navigation_of(world.building)
+    d = nav.distances([nav.place(floor, x, y)])
+    nearest = min(team, key=lambda robot: d[robot.place])
+    needs = SPARE + d[nearest.place] / paper.ROBOT_SPEED
+    decisions = decisions_to_next_fire(world.time, paper.DECISION_SECONDS)
+    spare = decisions * paper.DECISION_SECONDS - needs
+    return nearest if 0 <= spare < paper.DECISION_SECONDS else None

@@ -1,12 +1,14 @@
 """Hand-written robots beyond the simplest; to add one, see the folder's `__init__`.
 
-Clauses: C1, C5, C7.
+A guide is made of `groups`, whom a robot can fetch, a way out, as `nearest_way` or
+`safest_way` finds it, and `choose`, which weighs one against the other. To write one of
+your own, change one of the three and put them together as `decide_in_turn` does.
 
     p   place;  d  metres on foot;  lost  people whom no robot leads or is sent to yet
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from math import dist, inf
 
@@ -30,9 +32,14 @@ GROUP_RADIUS = 4.0  # [C7, chosen] metres: people this near form one group
 AT_HAND = 2.0  # [C7, chosen] metres: people this near a robot follow it, or never will
 FULL = 10  # [C7, chosen] people led: more would wait over 8 s at every door
 TRIP = 5.0  # [C7, chosen] metres added to each way out, for coming back
-SOON, SOON_COST = 5.0, 4.0
-"""[C7, chosen] metres on foot from flames within which a metre costs more, and how much
-more beside them: flames spread about this far while one walks 25 s."""
+DETOUR = 8.0
+"""[C7, chosen] metres of detour of an `Escort`, summed over those led, for each person
+fetched: four go 2 m for one, 8 m for four. With 16 m 4 % fewer got out under
+`busiest`."""
+SOON = 5.0
+"""[C7, chosen] metres on foot from flames within which a metre costs more: flames
+spread about this far while one walks 25 s."""
+SOON_COST = 4.0  # [C7, chosen] how much more a metre costs beside flames
 
 
 class Patrol:
@@ -48,83 +55,53 @@ class Patrol:
     def _next(self, world: World, robot: Robot) -> Destination:
         if robot.body not in self._stops:
             mates = sum(other.floor == robot.floor for other in world.robots)
-            self._stops[robot.body] = _round(world.building, robot, mates)
+            self._stops[robot.body] = _stops_of(world.building, robot, mates)
         stops = self._stops[robot.body]
         stops.append(stops.pop(0))
         return stops[-1]
 
 
-def _round(building: Building, robot: Robot, mates: int) -> list[Destination]:
+def _stops_of(building: Building, robot: Robot, mates: int) -> list[Destination]:
     """List room, nearest way out, next room, ...; mates start at different rooms.
 
-    Of a room: the cell nearest to its centre, if possible one that Eq. 1 leaves alone.
+    [C5] Of a room: the cell nearest to its centre, if possible one that Eq. 1 leaves
+    alone.
     """
-    floor, out, stops = robot.floor, building.ways_out(robot.floor), list[Destination]()
+    floor = robot.floor
+    ways_out = [building.landmarks[mark] for mark in building.ways_out(floor)]
+    exits = [at_way_out(building, way) for way in ways_out]
     rooms = building.rooms(floor)
-    shift = robot.number * len(rooms) // mates
-    for room in rooms[shift:] + rooms[:shift]:
+    first = robot.number * len(rooms) // mates
+
+    stops: list[Destination] = []
+    for room in rooms[first:] + rooms[:first]:
         cells = [building.metres(*cell) for cell in room.cells.tolist()]
         calm = [to for to in cells if actual_target(building, floor, *to) == to]
-        stops.append(min(calm or cells, key=partial(dist, room.centre)))
-        ways = [at_way_out(building, building.landmarks[mark]) for mark in out]
-        stops.append(min(ways, key=partial(dist, stops[-1])))
+        middle = min(calm or cells, key=partial(dist, room.centre))
+        stops += [middle, min(exits, key=partial(dist, middle))]
     return stops
+
+
+# -- Guides -------------------------------------------------------------------------
 
 
 class Sweep:
     """Fetch groups of people, several if that pays, and lead them to a way out.
 
-    A robot does what saves most people per metre, the way out included: it leads its
-    people out, or fetches one more group first. Flames add metres, so it gives up a way
-    that begins to burn at its next decision.
+    Flames add metres, so a robot gives up a way that begins to burn at its next
+    decision.
     """
 
-    DETOUR = inf  # metres, summed over those led, for each person fetched
-
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
-        """Let robots choose in turn, each among the groups the others left over."""
-        guide, lost = guided_by(world), self._lost(world)
-        return [
-            self._one(world, robot, int((guide == robot.body).sum()), lost)
-            for robot in robots
-        ]
+        """Take the nearest way out of the floor, and every detour that pays."""
 
-    def _one(
-        self, world: World, robot: Robot, led: int, lost: np.ndarray
-    ) -> Destination | None:
-        """Choose for one robot; take the group it chooses out of `lost`."""
-        nav, cost = navigation_of(world.building), flame_cost(world, robot.floor)
-        d = nav.distances([robot.place], cost)
-        way, on, here = self._way_out(world, robot, d, led)
-        best, most = None, led / (TRIP + here)
-        for people, place, to, metres in fetches(world, robot, d, lost, led):
-            more, out = int(people.sum()), float(on[place])
-            rate, extra = (led + more) / (TRIP + metres + out), metres + out - here
-            if rate > most and (not led or led * extra <= self.DETOUR * more):
-                best, most = (people, to), rate
-        if best is not None:
-            people, to = best
-            lost[people] = False
-            return to
-        if not led:
-            return station(world, robot)
-        return at_way_out(world.building, world.building.landmarks[way])
+        def way_of(robot: Robot, led: int) -> Way:
+            return nearest_way(world, robot)
 
-    def _lost(self, world: World) -> np.ndarray:
-        """Mark whom robots may fetch: (n,) bool."""
-        return unguided(world)
-
-    def _way_out(
-        self, world: World, robot: Robot, d: np.ndarray, led: int
-    ) -> tuple[int, np.ndarray, float]:
-        """Find the least risky way out, (places,) metres to it, and the robot's."""
-        nav, cost = navigation_of(world.building), flame_cost(world, robot.floor)
-        ways = world.building.ways_out(robot.floor)
-        here, way = min((float(d[nav.goals[way]].min()), way) for way in ways)
-        return way, nav.distances(nav.goals[way], cost), here
+        return decide_in_turn(world, robots, unguided(world), way_of, detour=inf)
 
 
-class Escort(Sweep):
+class Escort:
     """Lead people out at once by the safest way; fetch only people near it.
 
     Ways are measured to the outside, with stairs and lower floors. Metres near flames
@@ -133,29 +110,15 @@ class Escort(Sweep):
     them. People who come down the stairs are awaited at their foot.
     """
 
-    DETOUR = 8.0
-    """[C7, chosen] metres of detour, summed over those led, for each person fetched:
-    four go 2 m for one, 8 m for four. With 16 m 4 % fewer got out under `busiest`."""
-
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
-        """Look for the ways to the outside, then decide as `Sweep` does."""
-        self._outside = ways_outside(world.building, risk(world))
-        return super().decide(world, robots, rng)
-
-    def _lost(self, world: World) -> np.ndarray:
-        """Mark those, too, who come down the stairs: (n,) bool."""
-        return unguided(world) | (world.bodies.inside & ~world.bodies.walking)
-
-    def _way_out(
-        self, world: World, robot: Robot, d: np.ndarray, led: int
-    ) -> tuple[int, np.ndarray, float]:
-        """Do as `Sweep`, but to the outside; by any way if nobody is led."""
-        way = int(self._outside[:, robot.place].argmin())
-        on = self._outside[way] if led else self._outside.min(axis=0)
-        return way, on, float(on[robot.place])
+        """Take the way that is safest to the outside, and short detours."""
+        outside = ways_outside(world.building, risk(world))
+        on_stairs = world.bodies.inside & ~world.bodies.walking
+        lost = unguided(world) | on_stairs
+        return decide_in_turn(world, robots, lost, partial(safest_way, outside), DETOUR)
 
 
-class Observer(Escort):
+class Observer:
     """Do as `escort`, but know only what robots that learn observe.
 
     So it is the one to compare learned robots with, and the one that they can copy.
@@ -163,34 +126,157 @@ class Observer(Escort):
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Look at what can be observed, then decide as `Escort` does."""
-        return super().decide(as_observed(world), robots, rng)
+        return Escort().decide(as_observed(world), robots, rng)
 
 
-def fetches(
-    world: World, robot: Robot, d: np.ndarray, lost: np.ndarray, led: int
-) -> Iterator[tuple[np.ndarray, int, Destination, float]]:
-    """Yield groups of lost people on a robot's floor, and on the stairs down to it.
+# -- What guides are made of --------------------------------------------------------
 
-    Each is people (n,) bool, their place, their position, and the metres until the
-    robot has them. There are none for a robot that leads as many as it can.
+
+@dataclass(frozen=True)
+class Group:
+    """People whom a robot can fetch together.
+
+    people  (n,) bool, who belongs to it
+    place   where the robot meets them, and the point of that in metres
+    metres  that the robot has walked when it has them; waiting counts as walking
+    """
+
+    people: np.ndarray
+    place: int
+    point: Destination
+    metres: float
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way out, as one robot weighs it.
+
+    landmark  the exit or entrance to stairs
+    here      metres to get out by it from where the robot stands
+    metres    (places,) from each place
+    """
+
+    landmark: int
+    here: float
+    metres: np.ndarray
+
+
+def decide_in_turn(
+    world: World,
+    robots: Sequence[Robot],
+    lost: np.ndarray,
+    way_of: Callable[[Robot, int], Way],
+    detour: float,
+) -> Destinations:
+    """Let robots choose in turn, each among the people whom the others left over.
+
+    lost    (n,) bool, who may be fetched
+    way_of  the way out for a robot that leads so many
+    detour  as in `choose`
+    """
+    guide = guided_by(world)
+    landmarks = world.building.landmarks
+    destinations = Destinations()
+    for robot in robots:
+        led = int((guide == robot.body).sum())
+        way = way_of(robot, led)
+        group = choose(groups(world, robot, lost), way, led, detour)
+        if group is not None:
+            lost = lost & ~group.people
+            destinations.append(group.point)
+        elif led:
+            destinations.append(at_way_out(world.building, landmarks[way.landmark]))
+        else:
+            destinations.append(station(world, robot))
+    return destinations
+
+
+def choose(found: Iterable[Group], way: Way, led: int, detour: float) -> Group | None:
+    """Choose the group to fetch before leading out; None to lead out at once.
+
+    It is what saves most people per metre, the way out included.
+    detour: metres, summed over those led, for each person fetched; never more
     """
     if led >= FULL:
-        return
-    nav, bodies, floor = navigation_of(world.building), world.bodies, robot.floor
-    here = lost & bodies.walking & (bodies.floor == floor)
+        return None
+    best = None
+    most = led / (TRIP + way.here)
+    for group in found:
+        count = int(group.people.sum())
+        out = float(way.metres[group.place])
+        rate = (led + count) / (TRIP + group.metres + out)
+        extra = group.metres + out - way.here
+        near = led * extra <= detour * count
+        if rate > most and (near or not led):
+            best = group
+            most = rate
+    return best
+
+
+def groups(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
+    """Find groups of lost people on a robot's floor, and on the stairs down to it.
+
+    lost: (n,) bool, who may be fetched
+    """
+    yield from _groups_on_floor(world, robot, lost)
+    yield from _groups_on_stairs(world, robot, lost)
+
+
+def _groups_on_floor(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
+    """Gather people around each who follows nobody and is not at hand already."""
+    bodies = world.bodies
+    d = metres_from(world, robot)
+    here = lost & bodies.walking & (bodies.floor == robot.floor)
     for head in np.flatnonzero(here & (bodies.leader == NOBODY)).tolist():
-        p, (x, y) = int(bodies.place[head]), bodies.position[head].tolist()
+        p = int(bodies.place[head])
         if d[p] >= AT_HAND:
-            metres = np.hypot(*(bodies.position - (x, y)).T)
-            yield here & (metres < GROUP_RADIUS), p, (x, y), float(d[p])
-    storeys = bodies.floor - floor - 1
+            x, y = bodies.position[head].tolist()
+            off = np.hypot(*(bodies.position - (x, y)).T)
+            yield Group(here & (off < GROUP_RADIUS), p, (x, y), float(d[p]))
+
+
+def _groups_on_stairs(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
+    """Of those who come down a stairwell: the first, the first two, ... as a group."""
+    building, bodies = world.building, world.bodies
+    d = metres_from(world, robot)
+    storeys = bodies.floor - robot.floor - 1  # still to go after this flight
     seconds = bodies.stairs_until - world.time + storeys * paper.stairs_seconds()
-    for k in stairs_that_end(world.building, floor):
-        to = before_stairwell(world.building, floor, k)
-        p, coming = nav.place(floor, *to), lost & (bodies.stairwell == k)
+    for k in stairs_that_end(building, robot.floor):
+        foot = before_stairwell(building, robot.floor, k)
+        p = navigation_of(building).place(robot.floor, *foot)
+        coming = lost & (bodies.stairwell == k)
         for last in np.unique(seconds[coming]).tolist():
-            until = max(float(d[p]), last * paper.ROBOT_SPEED)
-            yield coming & (seconds <= last), p, to, until
+            metres = max(float(d[p]), last * paper.ROBOT_SPEED)
+            yield Group(coming & (seconds <= last), p, foot, metres)
+
+
+def nearest_way(world: World, robot: Robot) -> Way:
+    """Find the nearest way out of a robot's floor, round flames."""
+    nav = navigation_of(world.building)
+    d = metres_from(world, robot)
+    ways = world.building.ways_out(robot.floor)
+    here, way = min((float(d[nav.goals[way]].min()), way) for way in ways)
+    metres = nav.distances(nav.goals[way], flame_cost(world, robot.floor))
+    return Way(way, here, metres)
+
+
+def safest_way(outside: np.ndarray, robot: Robot, led: int) -> Way:
+    """Find the cheapest way to the outside; by any way if a robot leads nobody yet.
+
+    outside: (landmarks, places) metres, as `ways_outside` finds them
+    """
+    way = int(outside[:, robot.place].argmin())
+    metres = outside[way] if led else outside.min(axis=0)
+    return Way(way, float(metres[robot.place]), metres)
+
+
+def metres_from(world: World, robot: Robot) -> np.ndarray:
+    """(places,) metres on foot from a robot, more through flames of its floor.
+
+    Who asks again pays nothing: the search is kept.
+    """
+    nav = navigation_of(world.building)
+    return nav.distances([robot.place], flame_cost(world, robot.floor))
 
 
 def risk(world: World) -> np.ndarray | None:
@@ -198,11 +284,13 @@ def risk(world: World) -> np.ndarray | None:
 
     None without flames.
     """
-    nav, flames = navigation_of(world.building), world.flames
+    nav = navigation_of(world.building)
+    flames = world.flames
     cost = flames.cost.ravel()
     for floor, burning in enumerate(flames.burning):
         d = nav.distances(np.flatnonzero(burning) + floor * nav.floor_size)
-        cost = np.maximum(cost, 1 + SOON_COST * np.maximum(1 - d / SOON, 0))
+        soon = np.maximum(1 - d / SOON, 0)
+        cost = np.maximum(cost, 1 + SOON_COST * soon)
     return cost if flames.burning.any() else None
 
 
@@ -219,12 +307,13 @@ def station(world: World, robot: Robot) -> Destination | None:
 
 def guided_by(world: World) -> np.ndarray:
     """Find the head of each human's chain of leaders: bodies (n,), -1 for leaders."""
-    first = leader = world.bodies.leader
-    of_all = np.append(leader, NOBODY)  # robots, like nobody, have no leader
+    leader = world.bodies.leader
+    leader_of = np.append(leader, NOBODY)  # robots, like nobody, have no leader
+    head = leader
     for _ in range(4):  # from my leader to my leader's leader
-        second = of_all[np.minimum(first, len(leader))]
-        first = np.where(second >= 0, second, first)
-    return first
+        above = leader_of[np.minimum(head, len(leader))]
+        head = np.where(above >= 0, above, head)
+    return head
 
 
 def as_observed(world: World) -> World:
@@ -233,18 +322,22 @@ def as_observed(world: World) -> World:
     People within sight of robots, measured on foot and without flames, follow the
     nearest. Nobody else is led, nobody heads for a landmark, all on stairs are halfway.
     """
-    nav, bodies, robots = navigation_of(world.building), world.bodies, world.robots
-    body, place, active = (
-        np.array([getattr(robot, name) for robot in robots], dtype=int)
-        for name in ("body", "place", "active")
-    )
-    guide = guides(nav, place, active > 0, bodies.place, bodies.walking)
-    leader = np.append(body, NOBODY)[guide]
+    nav = navigation_of(world.building)
+    bodies = world.bodies
+    place = np.array([robot.place for robot in world.robots], dtype=int)
+    active = np.array([robot.active for robot in world.robots], dtype=bool)
+    guide = guides(nav, place, active, bodies.place, bodies.walking)
+
+    body = np.array([*(robot.body for robot in world.robots), NOBODY])
+    halfway = world.time + paper.stairs_seconds() / 2
     on_stairs = np.isfinite(bodies.stairs_until)
-    halfway = np.where(on_stairs, world.time + paper.stairs_seconds() / 2, inf)
-    landmark = np.full_like(bodies.landmark, NOWHERE)
-    known = {"leader": leader, "landmark": landmark, "stairs_until": halfway}
-    return replace(world, bodies=replace(bodies, **known))
+    observed = replace(
+        bodies,
+        leader=body[guide],
+        landmark=np.full_like(bodies.landmark, NOWHERE),
+        stairs_until=np.where(on_stairs, halfway, inf),
+    )
+    return replace(world, bodies=observed)
 
 
 def unguided(world: World) -> np.ndarray:

@@ -1,7 +1,7 @@
 """What robots observe of a building and of people, beside the numbers themselves.
 
-Clauses: C1, C5-C7, D2, D6.  Places of points, ways on foot, who seems to lead whom, the
-points that mean a way out; hand-written robots and the robot's frame share them.
+Places of points, ways on foot, who seems to lead whom, the points that mean a way out:
+hand-written robots and the robot's frame share them.
 
     p, q  places;  n  people;  R  robots
 """
@@ -28,6 +28,7 @@ FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
 class Map:
     """What robots know of a building.
 
+    origin  as `Building.origin`
     free    (floors, rows, cols) the nearest place where one can stand
     stairs  (places,) bool
     outs, feet, rims  (floors, k, 2) metres of ways out, feet of stairs and cells to
@@ -35,18 +36,21 @@ class Map:
     """
 
     def __init__(self, building: Building):
-        self.nav, self.origin = navigation_of(building), building.origin
+        self.nav = navigation_of(building)
+        self.origin = building.origin
         self.stairs = building.kind.ravel() == Kind.STAIRS
         nearest = ndimage.distance_transform_edt(
             ~building.walkable,
-            sampling=(FAR, 1, 1),
+            sampling=(FAR, 1, 1),  # never a place of another floor
             return_distances=False,
             return_indices=True,
         )
         self.free = np.ravel_multi_index(nearest, building.walkable.shape)
         floors = range(building.floors)
-        marks = [(*way_marks(building, f), rims(building, f)) for f in floors]
-        self.outs, self.feet, self.rims = map(_filled, zip(*marks, strict=True))
+        marks = [way_marks(building, floor) for floor in floors]
+        self.outs = _filled([outs for outs, _ in marks])
+        self.feet = _filled([feet for _, feet in marks])
+        self.rims = _filled([rims(building, floor) for floor in floors])
 
     def places(self, points: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
         """(...) places of points (..., 2), or (..., 3) with floors of their own.
@@ -57,17 +61,18 @@ class Map:
         if floor is None:
             floor = points[..., 2].round().clip(0).astype(int)
         top, left = self.origin
-        last = np.subtract(self.free.shape[1:], 1)
+        _, rows, cols = self.free.shape
         right, up = np.moveaxis(np.floor(points[..., :2]).astype(int), -1, 0)
-        cells = (top - 1 - up).clip(0, last[0]), (left + right).clip(0, last[1])
-        return self.free[floor, *cells]
+        row = (top - 1 - up).clip(0, rows - 1)
+        col = (left + right).clip(0, cols - 1)
+        return self.free[floor, row, col]
 
 
 map_of = lru_cache(maxsize=8)(Map)
 
 
 def between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Metres on foot from places p to places q, broadcast; inf between floors.
+    """Measure metres on foot from places p to q, broadcast; inf between floors.
 
     They come from a table; a row is computed when it is first asked for.
     """
@@ -86,6 +91,7 @@ def between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=8)
 def _table(nav: Navigation) -> tuple[np.ndarray, np.ndarray]:
     """(places,) bool, which rows are known, and (places, floor_size) float32."""
+    # float32: tens of megabytes as it is
     table = np.empty((nav.places, nav.floor_size), dtype=np.float32)
     return np.zeros(nav.places, dtype=bool), table
 
@@ -118,16 +124,17 @@ def way_marks(building: Building, floor: int) -> tuple[list[Any], list[Any]]:
     where they end, before them, where people come out.
     """
     low, high = np.reshape(building.body, (2, 2))
-    marks, wells = building.landmarks, building.stairwells
-    outs = [np.clip(w.centre, low, high) for w in wells if w.leads_down(floor)]
-    exits = [m for m in marks if m.kind is Kind.EXIT and m.floor == floor]
-    outs += [np.array(at_way_out(building, mark)) for mark in exits]
+    down = [well for well in building.stairwells if well.leads_down(floor)]
+    outs = [np.clip(well.centre, low, high) for well in down]
+    for mark in building.landmarks:
+        if mark.kind is Kind.EXIT and mark.floor == floor:
+            outs.append(np.array(at_way_out(building, mark)))
     ends = stairs_that_end(building, floor)
     return outs, [before_stairwell(building, floor, k) for k in ends]
 
 
 def stairs_that_end(building: Building, floor: int) -> list[int]:
-    """Indices of the stairwells from which people come out on a floor."""
+    """List the stairwells from which people come out on a floor, by index."""
     return [k for k, well in enumerate(building.stairwells) if well.lowest == floor]
 
 
@@ -137,10 +144,11 @@ def rims(building: Building, floor: int) -> list[Any]:
     [C5, chosen] For each, the nearest cell on foot that flames may enter and that is
     not near a stairwell, where Eq. 1 would move the robot.
     """
-    marks = [m for m in building.landmarks if m.floor == floor]
-    ways = [m.index for m in marks if m.kind is not Kind.DOOR]
-    guarded, nav = lightable(building) & kept(building), navigation_of(building)
-    return [nav.centres[p] for p in nearest_places(building, ways, guarded)]
+    marks = [mark for mark in building.landmarks if mark.floor == floor]
+    ways = [mark.index for mark in marks if mark.kind is not Kind.DOOR]
+    can_guard = lightable(building) & kept(building)
+    centres = navigation_of(building).centres
+    return [centres[p] for p in nearest_places(building, ways, can_guard)]
 
 
 @lru_cache(maxsize=8)
@@ -162,11 +170,12 @@ def lightable(building: Building) -> np.ndarray:
 def nearest_places(
     building: Building, marks: Iterable[int], among: np.ndarray
 ) -> list[int]:
-    """The place nearest on foot to each landmark, where there is one.
+    """Find the place nearest on foot to each landmark, where there is one.
 
     among: (places,) bool, those that count
     """
     nav = navigation_of(building)
+    # where nothing counts, or there is no way, a landmark has none
     metres = [np.where(among, nav.distance_to(mark), np.inf) for mark in marks]
     return [int(d.argmin()) for d in metres if np.isfinite(d).any()]
 
@@ -180,7 +189,8 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     entrance = building.stairwells[index].entrances[floor][:1]
     room = building.kind.ravel() == Kind.FLOOR
     found = nearest_places(building, entrance, room & kept(building))
-    found += nearest_places(building, entrance, room)
+    if not found:
+        found = nearest_places(building, entrance, room)
     x, y = navigation_of(building).centres[found[0]].tolist()
     return x, y
 
@@ -195,9 +205,8 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
         return building.stairwells[way.stairwell].centre
     points = navigation_of(building).centres[: building.kind[0].size]
     off = np.hypot(*(points - way.position).T)
-    near = points[
-        np.argsort(off, kind="stable")[: int((off <= paper.AT_EXIT_METRES).sum())]
-    ]
+    nearest_first = np.argsort(off, kind="stable")
+    near = points[nearest_first[off[nearest_first] <= paper.AT_EXIT_METRES]]
     for point in [way.position, *map(tuple, near.tolist())]:
         target = actual_target(building, way.floor, *point)
         if said_on_the_way(building, way.floor, target) == way.index:
@@ -206,7 +215,8 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
 
 
 def decisions_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
-    """How many decisions later the fire decides again, from times (...), s [D2]."""
+    """Count decisions until the fire decides again, from times (...), s [D2]."""
+    # rounded: times are sums of ticks
     since = np.round(time / decision_seconds - paper.FIRE_FIRST_DECISION, 3)
     later = paper.FIRE_EVERY_DECISIONS - since % paper.FIRE_EVERY_DECISIONS
     return np.where(since < 0, -since, later)

@@ -1,53 +1,40 @@
-"""Strategies of your own: code named `module:Name`, policies that learned elsewhere.
+"""Play code of your own, named `module:Name` and imported from the current folder.
 
-Clauses: C5, C7, D2.
-
-    class Guide(FlatRobots):  # in mine.py: `evaluate --robots sweep mine:Guide`
-        def __init__(self):
-            super().__init__(policy, "tiny", Scenario(people=12))
+class Guide:  # in mine.py: `evaluate --robots sweep mine:Guide`
+    def decide(self, world, robots, rng):
+        return [robot.position for robot in robots]
 """
 
 import os
 import sys
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
 from hashlib import sha256
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from warnings import warn
 
 import numpy as np
-from numpy.random import Generator as Rng
 
-from reference.building import Building
-from reference.fire import Decision
-from reference.game.environment import destination, fire_decision
-from reference.game.observations import (
-    fire_vector,
-    robot_vectors,
-    robots_at_work,
-    vector_layout,
-)
 from reference.learning.settings import Side
-from reference.paper import InputError, Scenario
-from reference.robots import Destinations
-from reference.workshop.maps import load
-from reference.world import Robot, World
+from reference.paper import InputError
+from reference.workshop.strategies import trained
+from reference.workshop.strategies.trained import Trained
+from reference.world import World
 
 CODE = "MODULE:NAME"
+"""How the help names code."""
+
 ASKED = {"robots": ("world", "robots", "rng"), "fire": ("world", "rng")}
 ANSWERS = {
     "robots": "a list with (x, y) in metres, or None, for each of the robots",
     "fire": "(floor, x, y), in metres, or None",
 }
 
-# -- Code ---------------------------------------------------------------------------
-
 
 def is_code(word: str) -> bool:
-    """Does a word name code: `module:Name`, `package.module:Name`?"""
+    """Tell whether a word names code: `module:Name`, `package.module:Name`."""
     module, _, name = word.partition(":")
     return all(part.isidentifier() for part in (name, *module.split(".")))
 
@@ -58,15 +45,16 @@ def from_code(word: str, side: Side) -> Any:
     Raises InputError for a module or name that is not there, and for what cannot
     decide; so does a decision that is none. What the code itself raises is not caught.
     """
-    name, asked = word.partition(":")[2], ASKED[side]
-    if (named := getattr(_module(word), name, None)) is None:
+    name = word.partition(":")[2]
+    named = getattr(_module(word), name, None)
+    if named is None:
         raise InputError(f"{word}: {_file(word)} has no '{name}'.")
     decides = hasattr(named, "decide") and not isinstance(named, type)
     made = named if decides or not callable(named) else named()
     try:
-        signature(made.decide).bind(*asked)
+        signature(made.decide).bind(*ASKED[side])
     except (AttributeError, TypeError):
-        needs = f"decide({', '.join(asked)})"
+        needs = f"decide({', '.join(ASKED[side])})"
         raise InputError(f"{word}: who plays the {side} has {needs}.") from None
     if isinstance(made, Trained):
         return made
@@ -77,7 +65,9 @@ class Own:
     """A strategy of your own, whose answers are checked before anybody acts on them."""
 
     def __init__(self, strategy: Any, word: str, side: Side):
-        self.strategy, self.word, self.side = strategy, word, side
+        self.strategy = strategy
+        self.word = word
+        self.side = side
 
     def decide(self, world: World, *asked: Any) -> Any:
         """Decide as it does. Raises InputError for what is no decision of its side."""
@@ -111,7 +101,7 @@ def code_digest(word: str) -> str:
 
 
 def _file(word: str) -> Path:
-    """The file of the module that a word names. Raises InputError if it has none."""
+    """Find the file of the module that a word names; InputError if it has none."""
     if path := _module(word).__file__:
         return Path(path)
     raise InputError(f"{word}: name a module, not a folder.")
@@ -120,125 +110,23 @@ def _file(word: str) -> Path:
 def _module(word: str) -> ModuleType:
     """Import a module, first from the current folder."""
     name = word.partition(":")[0]
-    if sys.path[0] not in ("", os.getcwd()):
+    if sys.path[0] not in ("", os.getcwd()):  # as for a script that is started here
         sys.path.insert(0, os.getcwd())
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
         if not f"{name}.".startswith(f"{error.name}."):
-            raise
+            raise  # it is there, but imports what is not
         raise InputError(
             f"{word}: there is no module '{name}'. Write it here as mine:Guide for "
             "`class Guide` in mine.py."
         ) from None
 
 
-# -- Policies that have learned -----------------------------------------------------
-
-
-class Trained(ABC):
-    """A policy of one building and scenario; it remembers no decision.
-
-    name, building, scenario  what it has learned in
-    """
-
-    side: Side
-    name: str
-    building: Building
-    scenario: Scenario
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> "Trained":
-        """Itself: copies of a simulation share the network."""
-        return self
-
-    def refuse_elsewhere(self, building: Building, scenario: Scenario) -> None:
-        """Raise InputError unless the policy can read such a world.
-
-        It needs the same drawing and numbers of people, robots, sources and seconds
-        between decisions as in training. Where people start, how far they see, rule D6
-        and the time limit may differ.
-        """
-        own = self.building
-        if own.drawing != building.drawing:
-            raise InputError(
-                f"it has learned in {own.title}, not in this drawing of "
-                f"{building.title}. Name the building that it learned in."
-            )
-        trained = _counts(own, self.scenario)
-        for name, count in _counts(building, scenario).items():
-            if count != trained[name]:
-                raise InputError(
-                    f"its {self.side} learned with {trained[name]} {name}; here it is "
-                    f"{count}. Take as many, or train for it."
-                )
-
-    @abstractmethod
-    def emitted(self, vectors: np.ndarray, world: World, rng: Rng) -> np.ndarray:
-        """(G, A) actions in [-1, 1] for (G, V) observations."""
-
-
-class TrainedRobots(Trained):
-    """Robots that a policy guides [C5] [C7]."""
-
-    side: Side = "robots"
-
-    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
-        """Choose the next destination of each of these robots, metres."""
-        emitted = self.emitted(robot_vectors(world, self.scenario), world, rng)
-        row = {robot.body: k for k, robot in enumerate(world.robots)}
-        return [destination(self.building, emitted[row[r.body]]) for r in robots]
-
-
-class TrainedFire(Trained):
-    """A fire that a policy lights [D2]."""
-
-    side: Side = "fire"
-
-    def decide(self, world: World, rng: Rng) -> Decision:
-        """Choose floor and metres of the next source."""
-        emitted = self.emitted(fire_vector(world, self.scenario)[None], world, rng)
-        return fire_decision(self.building, emitted[0])
-
-
-def _counts(building: Building, scenario: Scenario) -> dict[str, float]:
-    """Collect the numbers that a policy's inputs depend on."""
-    return {
-        "people": sum(scenario.start_counts(building.floors)),
-        "robots": scenario.robots_per_floor * building.floors,
-        "fire sources": scenario.sources,
-        "seconds between decisions": scenario.decision_seconds,
-    }
-
-
-class Flat(Trained):
-    """A policy on the observations of `parallel_env(..., flat=True)`.
-
-    policy  (G, V) float32, a row for each agent of the side, zeros for who has left
-            -> (G, A) in [-1, 1]
-    """
-
-    def __init__(
-        self,
-        policy: Callable[[np.ndarray], np.ndarray],
-        building: str = "paper",
-        scenario: Scenario | None = None,
-    ):
-        """building, scenario: those that it has learned in."""
-        self.policy, self.scenario = policy, scenario or Scenario()
-        self.name, self.building = building, load(building)
-        self.layout = vector_layout(self.building, self.scenario)
-
-    def emitted(self, vectors: np.ndarray, world: World, rng: Rng) -> np.ndarray:
-        """(G, A) actions in [-1, 1] for (G, V) observations."""
-        seen = self.layout.scaled(vectors).clip(-1, 1).astype(np.float32)
-        if self.side == "robots":
-            seen[~robots_at_work(world)] = 0
-        return np.asarray(self.policy(seen), dtype=float)
-
-
-class FlatRobots(Flat, TrainedRobots):
-    """Robots that such a policy guides."""
-
-
-class FlatFire(Flat, TrainedFire):
-    """A fire that such a policy lights."""
+def __getattr__(name: str) -> Any:
+    """Find what stood here up to version 0.17; it is in `trained` now."""
+    if name not in ("FlatRobots", "FlatFire"):
+        raise AttributeError(name)
+    here = f"reference.workshop.strategies.trained.{name}"
+    warn(f"{name} has moved: import {here}", DeprecationWarning, stacklevel=2)
+    return getattr(trained, name)

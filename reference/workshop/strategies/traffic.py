@@ -1,8 +1,6 @@
-"""Traffic: how many people pass each place on their cheapest ways outside.
+"""Count how many people pass each place on their cheapest ways outside.
 
-Clauses: A3, A7.
-
-    p  place;  d  metres to the nearest way out of the floor
+p  place;  d  metres to the nearest way out of the floor
 """
 
 from functools import lru_cache
@@ -26,21 +24,24 @@ def traffic(
     Returns how many people pass each place, and metres from there to the cheapest way
     out of the floor, inf where there is none: (places,) each.
     """
-    nav, feet = navigation_of(building), stairwell_feet(building)
-    passed, out = np.zeros((2, nav.places))
-    below = np.full(nav.places, -1)  # where the stairs from an entrance come out
+    nav = navigation_of(building)
+    feet = stairwell_feet(building)
+    below = np.full(nav.places, -1)  # where the stairs from an entrance come out [A3]
     for mark in building.landmarks:
         if mark.stairwell >= 0 and mark.leads_out:
             below[nav.goals[mark.index]] = feet[mark.stairwell]
+
+    passed = np.zeros(nav.places)
+    out = np.zeros(nav.places)
     coming = np.concatenate([walking, feet[stairs]])
-    for floor in reversed(range(building.floors)):
+    for floor in reversed(range(building.floors)):  # who comes down is counted there
         ways = [nav.goals[mark] for mark in building.ways_out(floor)]
         goals = np.concatenate([np.zeros(0, dtype=int), *ways])
         d, after = nav.shortest(goals, cost)
         here = slice(floor * nav.floor_size, (floor + 1) * nav.floor_size)
         out[here] = d[here]
         p = coming[(coming // nav.floor_size == floor) & np.isfinite(d[coming])]
-        while len(p):
+        while len(p):  # everybody takes one step, or the stairs, or is out
             np.add.at(passed, p, 1)
             walks = after[p] != p
             down = below[p[~walks]]
@@ -50,8 +51,9 @@ def traffic(
 
 
 def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
-    """List the places on the way from p to a landmark, without p."""
-    chain, d = list[int](), nav.distance_to(landmark)
+    """List the places on the way from p to a landmark, without p [A7]."""
+    chain: list[int] = []
+    d = nav.distance_to(landmark)
     while 0 < d[p] < np.inf:
         waypoint = int(nav.waypoint[landmark, p % nav.floor_size])
         chain += nav.straight(p, waypoint)
@@ -65,15 +67,16 @@ def ways_outside(building: Building, cost: np.ndarray | None) -> np.ndarray:
     inf where a landmark does not lead out. From the foot of stairs the cheapest way
     leads on.  cost: of a metre of floor, (places,) or (floors, rows, cols), None for 1
     """
-    nav, feet = navigation_of(building), stairwell_feet(building)
+    nav = navigation_of(building)
+    feet = stairwell_feet(building)
     outside = np.full((len(building.landmarks), nav.places), np.inf)
-    for mark in building.landmarks:  # the lowest floor first
+    for mark in building.landmarks:  # the lowest floor first: others build on it
         if mark.leads_out:
             outside[mark.index] = nav.distances(nav.goals[mark.index], cost)
-            if (well := mark.stairwell) >= 0:
-                down = mark.floor - building.stairwells[well].lowest
-                onwards = outside[:, feet[well]].min() + down * paper.stairs_metres()
-                outside[mark.index] += onwards
+        if mark.leads_out and mark.stairwell >= 0:
+            down = mark.floor - building.stairwells[mark.stairwell].lowest
+            onwards = outside[:, feet[mark.stairwell]].min()
+            outside[mark.index] += onwards + down * paper.stairs_metres()
     return outside
 
 

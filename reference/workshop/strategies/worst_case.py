@@ -1,10 +1,10 @@
 """The worst fire and the worst errors of observation: Eq. 5, approximated greedily.
 
-Clauses: C4, D2, D7, F4.  The appendix says that R_w = min E[R] over all attacks cannot
-be computed, and takes the greedy worst case (GWC): at every state the action of lowest
-reward. Each decision is treated alone, so that the cost is linear in their number.
-Eq. 5 attacks what robots observe, as `Disturbed` does; `WorstCase` attacks by fires.
-Eq. 6's R_w, if everybody dies, is below both: see `bounds`.
+[F4] The appendix says that R_w = min E[R] over all attacks cannot be computed, and
+takes the greedy worst case (GWC): at every state the action of lowest reward. Each
+decision is treated alone, so that the cost is linear in their number. Eq. 5 attacks
+what robots observe, as `Disturbed` does; `WorstCase` attacks by fires. Eq. 6's R_w, if
+everybody dies, is below both: see `bounds`.
 
     δ  error of what robots observe;  ε  its largest size, metres
 """
@@ -54,10 +54,11 @@ class WorstCase:
 
     def meet(self, robots: RobotStrategy, scenario: Scenario) -> None:
         """Say whom it attacks; it asks copies of the robots what they would do."""
-        self.robots, self.scenario = robots, scenario
+        self.robots = robots
+        self.scenario = scenario
 
     def decide(self, world: World, rng: Rng) -> Decision | None:
-        """Light the candidate that leaves least reward; a random cell if none."""
+        """Light the candidate that leaves least reward; a random cell if none [D2]."""
         candidates = busiest(world, CANDIDATES)
         if not candidates:
             return RandomFire().decide(world, rng)
@@ -77,19 +78,25 @@ class Disturbed:
         self, robots: RobotStrategy, fire: FireStrategy, scenario: Scenario, most: float
     ):
         """most: ε, metres."""
-        self.robots, self.scenario, self.most = robots, scenario, most
+        self.robots = robots
+        self.scenario = scenario
+        self.most = most
         self.fire = BusiestFire() if isinstance(fire, WorstCase) else fire
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Send robots where the worst of these errors lets them go."""
-        at_work, answers = {robot.body for robot in robots}, list[Any]()
+        at_work = {robot.body for robot in robots}
+        tries: list[tuple[First, FireStrategy]] = []
         for most in (0.0, *[self.most] * DRAWS):
-            seen, guides = with_errors(world, most, rng), deepcopy(self.robots)
+            seen = with_errors(world, most, rng)
             team = [robot for robot in seen.robots if robot.body in at_work]
-            answers.append((guides.decide(seen, team, rng), guides))
-        tries = [(First(*answer), self.fire) for answer in answers]
-        destinations, self.robots = answers[_worst(world, self.scenario, tries, rng)]
-        return destinations
+            guides = deepcopy(self.robots)
+            answer = guides.decide(seen, team, rng)
+            tries.append((First(answer, guides), self.fire))
+
+        taken, _ = tries[_worst(world, self.scenario, tries, rng)]
+        self.robots = taken.strategy  # it remembers what it has seen
+        return taken.decisions[0]
 
 
 def with_errors(world: World, most: float, rng: Rng) -> World:
@@ -98,17 +105,19 @@ def with_errors(world: World, most: float, rng: Rng) -> World:
     [F4, chosen] δ shifts people, robots and fire sources in x and in y, for all robots
     alike [C4]; storeys, counts, time and the grid are exact.
     """
-    seen, cells = world.copy(), map_of(world.building)
-    bodies, sources = seen.bodies, seen.flames.sources
+    seen = world.copy()
+    bodies = seen.bodies
+    sources = seen.flames.sources
+    known = map_of(world.building)
 
     def shifted(position: ArrayLike) -> np.ndarray:
         return np.asarray(position) + rng.uniform(-most, most, np.shape(position))
 
     bodies.position = shifted(bodies.position)
-    bodies.place = cells.places(np.column_stack([bodies.position, bodies.floor]))
+    bodies.place = known.places(np.column_stack([bodies.position, bodies.floor]))
     for robot in seen.robots:
         robot.position = shifted(robot.position)
-        robot.place = int(cells.places(np.array([*robot.position, robot.floor])))
+        robot.place = int(known.places(np.array([*robot.position, robot.floor])))
     for k, source in enumerate(sources):
         x, y = shifted((source.x, source.y)).tolist()
         sources[k] = replace(source, x=x, y=y)
@@ -122,7 +131,8 @@ class First:
     """A strategy that is told its next decision; then it decides itself."""
 
     def __init__(self, decision: Any, strategy: Any):
-        self.decisions, self.strategy = [decision], strategy
+        self.decisions = [decision]
+        self.strategy = strategy
 
     def decide(self, *seen: Any) -> Any:
         """Take that decision; later, the strategy's own."""
@@ -130,9 +140,11 @@ class First:
 
 
 def _worst(world: World, scenario: Scenario, tries: Sequence[Any], rng: Rng) -> int:
-    """Which robots and fire leave least reward, each tried in the same future."""
+    """Find which robots and fire leave least reward, each tried in the same future."""
     seed = int(rng.integers(2**32))
-    futures = [another_future(world, scenario, r, f, seed) for r, f in tries]
+    futures = [
+        another_future(world, scenario, robots, fire, seed) for robots, fire in tries
+    ]
     to_the_end(futures)
     return int(np.argmin([group_reward(future.events) for future in futures]))
 
@@ -150,14 +162,22 @@ def another_future(
     like a new one. So flames spread anew from all that burns now, each cell for as long
     as it burns.
     """
-    robots, fire, world = deepcopy(robots), deepcopy(fire), world.copy()
-    after = Simulation(world.building, scenario, robots, fire, seed, world)
-    flames, begun = world.flames, world.flames.arrival <= world.time
-    if begun.any():
-        borders, lit = after.spread.delays, np.flatnonzero(begun)
-        left = np.where(begun, flames.arrival - world.time, 0) + paper.BURN_SECONDS
-        too_late = borders.data >= left.ravel().repeat(np.diff(borders.indptr))
-        borders.data[too_late] = np.inf
-        delay = dijkstra(borders, indices=lit, min_only=True).reshape(begun.shape)
-        flames.arrival = np.where(begun, flames.arrival, world.time + delay)
-    return after
+    world = world.copy()
+    future = Simulation(
+        world.building, scenario, deepcopy(robots), deepcopy(fire), seed, world
+    )
+    flames = world.flames
+    begun = flames.arrival <= world.time
+    if not begun.any():
+        return future
+
+    # a cell ignites none of its neighbours later than it burns out
+    borders = future.spread.delays
+    left = np.where(begun, flames.arrival - world.time, 0) + paper.BURN_SECONDS
+    too_late = borders.data >= left.ravel().repeat(np.diff(borders.indptr))
+    borders.data[too_late] = np.inf
+
+    delay = dijkstra(borders, indices=np.flatnonzero(begun), min_only=True)
+    later = world.time + delay.reshape(begun.shape)
+    flames.arrival = np.where(begun, flames.arrival, later)
+    return future

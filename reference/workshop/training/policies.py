@@ -17,7 +17,7 @@ from reference.paper import Scenario
 from reference.workshop.storage.files import naming
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import SCRIPTS
-from reference.workshop.strategies.own import Trained, TrainedFire, TrainedRobots
+from reference.workshop.strategies.trained import Trained, TrainedFire, TrainedRobots
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     CheckpointError,

@@ -1,0 +1,139 @@
+"""Policies that have learned, as strategies: what all share, and yours on flat numbers.
+
+class Guide(FlatRobots):  # in mine.py: `evaluate --robots sweep mine:Guide`
+    def __init__(self):
+        super().__init__(policy, "tiny", Scenario(people=12))
+
+G  agents of a side;  V  numbers observed;  A  numbers of an action
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator as Rng
+
+from reference.building import Building
+from reference.fire import Decision
+from reference.game.environment import destination, fire_decision
+from reference.game.observations import (
+    fire_vector,
+    robot_vectors,
+    robots_at_work,
+    vector_layout,
+)
+from reference.learning.settings import Side
+from reference.paper import InputError, Scenario
+from reference.robots import Destinations
+from reference.workshop.maps import load
+from reference.world import Robot, World
+
+
+class Trained(ABC):
+    """A policy of one building and scenario; it remembers no decision.
+
+    name, building, scenario  what it has learned in
+    """
+
+    side: Side
+    name: str
+    building: Building
+    scenario: Scenario
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Trained":
+        """Itself: copies of a simulation share the network."""
+        return self
+
+    def refuse_elsewhere(self, building: Building, scenario: Scenario) -> None:
+        """Raise InputError unless the policy can read such a world.
+
+        It needs the same drawing and numbers of people, robots, sources and seconds
+        between decisions as in training. Where people start, how far they see, rule D6
+        and the time limit may differ.
+        """
+        if self.building.drawing != building.drawing:
+            raise InputError(
+                f"it has learned in {self.building.title}, not in this drawing of "
+                f"{building.title}. Name the building that it learned in."
+            )
+        trained = _counts(self.building, self.scenario)
+        for name, count in _counts(building, scenario).items():
+            if count != trained[name]:
+                raise InputError(
+                    f"its {self.side} learned with {trained[name]} {name}; here it is "
+                    f"{count}. Take as many, or train for it."
+                )
+
+    @abstractmethod
+    def emitted(self, vectors: np.ndarray, world: World, rng: Rng) -> np.ndarray:
+        """(G, A) actions in [-1, 1] for (G, V) observations."""
+
+
+class TrainedRobots(Trained):
+    """Robots that a policy guides [C5] [C7]."""
+
+    side: Side = "robots"
+
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
+        """Choose the next destination of each of these robots, metres."""
+        emitted = self.emitted(robot_vectors(world, self.scenario), world, rng)
+        row = {robot.body: k for k, robot in enumerate(world.robots)}
+        return [destination(self.building, emitted[row[r.body]]) for r in robots]
+
+
+class TrainedFire(Trained):
+    """A fire that a policy lights [D2]."""
+
+    side: Side = "fire"
+
+    def decide(self, world: World, rng: Rng) -> Decision:
+        """Choose floor and metres of the next source."""
+        emitted = self.emitted(fire_vector(world, self.scenario)[None], world, rng)
+        return fire_decision(self.building, emitted[0])
+
+
+def _counts(building: Building, scenario: Scenario) -> dict[str, float]:
+    """Collect the numbers that a policy's inputs depend on."""
+    return {
+        "people": sum(scenario.start_counts(building.floors)),
+        "robots": scenario.robots_per_floor * building.floors,
+        "fire sources": scenario.sources,
+        "seconds between decisions": scenario.decision_seconds,
+    }
+
+
+class Flat(Trained):
+    """A policy on the observations of `parallel_env(..., flat=True)`.
+
+    policy  (G, V) float32, a row for each agent of the side, zeros for who has left
+            -> (G, A) in [-1, 1]
+    """
+
+    def __init__(
+        self,
+        policy: Callable[[np.ndarray], np.ndarray],
+        building: str = "paper",
+        scenario: Scenario | None = None,
+    ):
+        """building, scenario: those that it has learned in."""
+        self.policy = policy
+        self.scenario = scenario or Scenario()
+        self.name = building
+        self.building = load(building)
+        self.layout = vector_layout(self.building, self.scenario)
+
+    def emitted(self, vectors: np.ndarray, world: World, rng: Rng) -> np.ndarray:
+        """(G, A) actions in [-1, 1] for (G, V) observations."""
+        seen = self.layout.scaled(vectors).clip(-1, 1).astype(np.float32)
+        if self.side == "robots":
+            seen[~robots_at_work(world)] = 0  # who has left, as `FlatEnvironment` shows
+        return np.asarray(self.policy(seen), dtype=float)
+
+
+class FlatRobots(Flat, TrainedRobots):
+    """Robots that such a policy guides."""
+
+
+class FlatFire(Flat, TrainedFire):
+    """A fire that such a policy lights."""
