@@ -1,7 +1,4 @@
-"""The command evaluate: all robots against all fires, by one ruler.
-
-Clauses: F9, F12.
-"""
+"""The command evaluate: all robots against all fires, by one ruler."""
 
 from argparse import Namespace
 from functools import partial
@@ -43,7 +40,8 @@ from reference.workshop.storage.runs import ContradictionError, refuse_options
 )
 def evaluate(arguments: Namespace) -> None:
     """Plays all robots against all fires: survival, reward R, difficulty h, score E."""
-    out, baseline = arguments.out, arguments.baseline
+    out = arguments.out
+    baseline = arguments.baseline
     if arguments.resume and not out:
         raise ContradictionError("--resume goes with --out: which folder?")
     same = ["evaluate"]
@@ -62,7 +60,8 @@ def evaluate(arguments: Namespace) -> None:
 def _evaluation(arguments: Namespace) -> Evaluation:
     """Begin an evaluation, or resume one with further robots and fires."""
     asked = options.of_evaluation(arguments)
-    robots, fires = arguments.robots or (), arguments.fire or ()
+    robots = arguments.robots or ()
+    fires = arguments.fire or ()
     if arguments.resume:
         begun = matches.resume(arguments.out, robots, fires)
         arena = {"building": begun.arena.building, "people": begun.arena.people}
@@ -91,7 +90,8 @@ def _ruler(
     evaluation: Evaluation, played: list[RunResult], baseline: str | None
 ) -> tuple[Ruler | None, str]:
     """The paper's ruler, or one that a baseline calibrates; and which, or why none."""
-    ruler, which = paper_ruler(), "the paper's ruler"
+    ruler = paper_ruler()
+    which = "the paper's ruler"
     if baseline:
         which = f"a ruler on which {baseline} scores 1 over its fires"
         arena = evaluation.arena

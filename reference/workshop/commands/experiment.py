@@ -1,7 +1,4 @@
-"""The command experiment: arms, seeds and tests from a file, as jobs; then a page.
-
-Clauses: E6, F12.
-"""
+"""The command experiment: arms, seeds and tests from a file, as jobs; then a page."""
 
 from argparse import Namespace
 from functools import partial
@@ -52,7 +49,8 @@ def _tell(arguments: Namespace, asked: Any, played: list[Any], folder: Path) -> 
     from reference.workshop.drawing import crossplay, curves, save
 
     results = report.Results(asked, played)
-    cells, answer = results.cells(), results.answer()
+    cells = results.cells()
+    answer = results.answer()
     save(crossplay.matrix(cells, fill(report.OVER, 80)), folder / "matrix.png")
     arms: dict[str, list[curves.Run]] = {}
     for name, made in jobs.over(asked, folder).items():

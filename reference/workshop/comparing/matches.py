@@ -1,6 +1,6 @@
 """What an evaluation plays: which robots meet which fires, where, from which seeds.
 
-Clauses: F4, F12.  All matches share one building and scenario, so that runs are paired
+All matches share one building and scenario, so that runs are paired
 by seed.  If there are checkpoints, they determine both.  A training's folder stands for
 the checkpoint that is its newest when the evaluation begins.
 """
@@ -191,7 +191,8 @@ def resume(
             )
     begun = record_from(Evaluation, content, str(path))
     files = _newest((*robots, *fires)) | dict(begun.files)
-    robots, fires = _once((*begun.robots, *robots)), _once((*begun.fires, *fires))
+    robots = _once((*begun.robots, *robots))
+    fires = _once((*begun.fires, *fires))
     with naming(path):
         _refuse_misfits(_learned(robots, fires, files), begun.arena)
     return replace(begun, robots=robots, fires=fires, files=files)

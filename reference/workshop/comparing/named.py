@@ -1,6 +1,6 @@
 """Who can play: strategies by the words of the command line.
 
-Clauses: C7, D2, F4.  torch is loaded only when a checkpoint is named.
+torch is loaded only when a checkpoint is named.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -45,7 +45,7 @@ def said_of(word: str, side: Side) -> str:
 
 
 def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
-    """Make the strategy that one of NAMES names.
+    """Make the strategy that one of NAMES names [C7] [D2].
 
     FILE is the policy that was learned for this side; sample: draw its actions instead
     of taking the likeliest.

@@ -1,6 +1,6 @@
 """Summarise the runs of each match, as a table, as CSV and as JSON.
 
-Clauses: F9, F12.  Every figure is a mean over runs with its bootstrap interval.  The
+Every figure is a mean over runs with its bootstrap interval.  The
 score E is that of the mean reward and the mean difficulty, never a mean of scores: E is
 convex, so that a mean of scores would reward unreliable robots.
 """
@@ -59,7 +59,8 @@ def cells(
         matches.setdefault((run.robots, run.fire), {})[run.seed] = run
     averaged = []
     for (robots, fire), by_seed in matches.items():
-        runs, others = [*by_seed.values()], matches.get((baseline or "", fire), {})
+        runs = list(by_seed.values())
+        others = matches.get((baseline or "", fire), {})
         shared = [(by_seed[k], others[k]) for k in sorted(by_seed) if k in others]
         figures: dict[str, Any] = {
             "gain": _interval(run.survival - other.survival for run, other in shared),
@@ -107,8 +108,13 @@ def ruler_of(
     def mean(part: np.ndarray) -> Case:
         return float(R[part].mean()), float(h[part].mean())
 
-    ranked, third = np.sort(h), len(h) // 3
-    easy, hard = h <= ranked[third - 1], h >= ranked[-third]  # with ties
+    # The easiest and the hardest third, with ties
+    ranked = np.sort(h)
+    third = len(h) // 3
+    easy = h <= ranked[third - 1]
+    hard = h >= ranked[-third]
+
+    # Standard error of the difference of their means
     error = np.sqrt(sum(R[part].var(ddof=1) / part.sum() for part in (easy, hard)))
     if not R[easy].mean() - R[hard].mean() > CLEARLY * error:
         raise RulerError(
@@ -140,7 +146,8 @@ def table(cells: Sequence[Cell], names: Sequence[str] = tuple(HEADINGS)) -> str:
 
     Without a baseline there is no column of gains.
     """
-    names = [n for n in names if n != "gain" or any(cell.gain for cell in cells)]
+    if not any(cell.gain for cell in cells):
+        names = [name for name in names if name != "gain"]
     columns = [
         ["robots", *(cell.robots for cell in cells)],
         ["fire", *(cell.fire for cell in cells)],

@@ -1,6 +1,6 @@
 """Play the runs of an evaluation on any executor, and keep each as a row of a table.
 
-Clause: F12.  Runs of one seed are paired: they have the same people in the same places,
+Runs of one seed are paired: they have the same people in the same places,
 and the same randomness of the fire, whoever guides.  A row is written at once when its
 run is over, so that an interruption loses no more than the runs that were being played.
 """
@@ -70,12 +70,16 @@ def evaluate(
     written. Raises OSError where something cannot be written, ValueError for a damaged
     table of runs.
     """
-    done, table = {}, None
+    # What is done already
+    done = dict[Run, RunResult]()
+    table = None
     if folder:
         make_folder(folder)
         done = {result.run: result for result in read(folder / RUNS, evaluation)}
         matches.write(evaluation, folder)  # first: without it nobody could go on
         table = table_of(folder / RUNS, done.values())
+
+    # The rest, in jobs
     runs = evaluation.runs
     left = [run for run in runs if run not in done]
     share = len(left) // (JOBS * getattr(executor, "workers", 1))
@@ -89,6 +93,7 @@ def evaluate(
             if table:
                 table.append(map(row_of, results))
             bar.update(len(results))
+
     ordered = [done[run] for run in runs]
     if folder:
         table_of(folder / RUNS, ordered)
