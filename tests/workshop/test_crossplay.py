@@ -26,9 +26,11 @@ from reference.workshop.comparing import (
 )
 from reference.workshop.comparing.intervals import of_mean
 from reference.workshop.comparing.results import as_json
-from reference.workshop.maps import load
+from reference.workshop.maps import find, load
 from reference.workshop.storage.workers import InProcess, one_thread, workers
 from reference.workshop.strategies.guides import Sweep
+from reference.workshop.training.checkpoints import load as load_checkpoint
+from reference.workshop.training.checkpoints import save
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
@@ -209,6 +211,35 @@ def test_the_table_is_aligned_and_says_what_is_missing():
 
 
 # -- Refusals -----------------------------------------------------------------------
+
+
+def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
+    """At a resume, by whoever fills the same folder, and in the middle of a run."""
+    network, drawing = tmp_path / "net.pt", tmp_path / "office.txt"
+    first = run / "checkpoint-000001.pt"
+    shutil.copy(first, network)
+    drawing.write_text(find("tiny").read_text())
+    words = {"robots": (str(network),), "fires": ("none",), "building": str(drawing)}
+    evaluation = begin(**words, episodes=1)
+    evaluate(evaluation, tmp_path / "out", InProcess())
+    assert resume(tmp_path / "out").digests == evaluation.digests
+
+    checkpoint = load_checkpoint(first)
+    save(replace(checkpoint, round=2), network)
+    changed = rf"evaluation.json: {network} has changed since\. Take another folder"
+    with pytest.raises(InputError, match=changed):
+        resume(tmp_path / "out", fires=("random",))
+    with pytest.raises(InputError, match=changed):
+        evaluate(begin(**words, episodes=2), tmp_path / "out", InProcess())
+    with pytest.raises(InputError, match=rf"^{network} has changed since"):
+        evaluation.simulations(evaluation.runs)
+
+    shutil.copy(first, network)
+    drawing.write_text(drawing.read_text().replace("Tiny", "Small"))
+    with pytest.raises(InputError, match=rf"{drawing} has changed since"):
+        resume(tmp_path / "out")
+    drawing.unlink()  # nothing else can be meant: the kept one is played
+    assert resume(tmp_path / "out").digests.keys() == {str(network)}
 
 
 @pytest.mark.parametrize(

@@ -21,12 +21,13 @@ from tqdm import tqdm
 
 import reference
 from reference.workshop.comparing.design import Experiment
-from reference.workshop.comparing.matches import Evaluation
+from reference.workshop.comparing.matches import Evaluation, with_digests
 from reference.workshop.comparing.runs import RunResult, evaluate
 from reference.workshop.storage.files import make_folder, write_json
 from reference.workshop.storage.runs import held
 from reference.workshop.storage.workers import InProcess, as_done, one_thread
 from reference.workshop.strategies import SHIPPED
+from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import Task, load, newest
 from reference.workshop.training.loop import train
 from reference.workshop.training.rounds import Training
@@ -132,6 +133,9 @@ def play_tests(
     fires = (*named_fires, *learned_fires)
     if not robots or not fires:
         return []
-    evaluation = Evaluation(arena, robots, fires, test.seed, test.episodes, files=files)
-    there = folder / f"tests-{_digest(asdict(arena), evaluation.code)}"
+    evaluation = with_digests(
+        Evaluation(arena, robots, fires, test.seed, test.episodes, files=files)
+    )
+    code = {word: of for word, of in evaluation.digests.items() if is_code(word)}
+    there = folder / f"tests-{_digest(asdict(arena), code)}"
     return evaluate(evaluation, there, executor)

@@ -20,18 +20,24 @@ from reference.building import Building, building_of, plan_of
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.comparing.named import encounter, strategy_named
-from reference.workshop.maps import load
+from reference.workshop.comparing.named import encounter, meaning_of, strategy_named
+from reference.workshop.maps import drawing_now, load
 from reference.workshop.storage.files import naming, read_json, write_json
-from reference.workshop.storage.records import mapping, record_from
-from reference.workshop.storage.runs import ContradictionError, refuse_version
-from reference.workshop.strategies.own import code_digest, is_code
+from reference.workshop.storage.records import checked, record_from
+from reference.workshop.storage.runs import (
+    ContradictionError,
+    digest_of,
+    refuse_changed,
+    refuse_version,
+)
+from reference.workshop.strategies.own import is_code
 
 EPISODES = 100
 """[F12, chosen] runs of a match: half the width of survival's interval is then about
 3 percentage points."""
 
 ABOUT = "evaluation.json"
+MAP = "--building"  # in digests, as no player can be called
 MOST_RUNS = 1_000_000
 
 Run = tuple[str, str, int]
@@ -66,6 +72,7 @@ class Evaluation:
     sample  draw learned policies' actions instead of taking the likeliest
     errors  metres that robots observe wrongly by, in the worst case [F4]
     files   the checkpoint that a word means, if it names a folder
+    digests  of all files that words and the map's name meant at the beginning
     """
 
     arena: Arena
@@ -76,6 +83,7 @@ class Evaluation:
     sample: bool = False
     files: Mapping[str, str] = field(default_factory=dict)
     errors: int = 0
+    digests: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         runs = len(self.robots) * len(self.fires) * self.episodes
@@ -90,12 +98,6 @@ class Evaluation:
         return range(self.seed, self.seed + self.episodes)
 
     @property
-    def code(self) -> dict[str, str]:
-        """Digest of the file of each strategy that is somebody's own code."""
-        own = filter(is_code, (*self.robots, *self.fires))
-        return {word: code_digest(word) for word in own}
-
-    @property
     def runs(self) -> list[Run]:
         """Everything there is to play, in order."""
         return list(product(self.robots, self.fires, self.seeds))
@@ -103,12 +105,16 @@ class Evaluation:
     def simulations(self, runs: Iterable[Run]) -> list[Simulation]:
         """Set up runs, before their first tick; copies of the same players play.
 
-        Raises as `strategy_named` does.
+        Raises as `strategy_named` does, and InputError for a network whose file is
+        another one than at the beginning.
         """
 
         @cache
         def player(word: str, side: Side) -> Any:
-            return strategy_named(self.files.get(word, word), side, self.sample)
+            file = self.files.get(word, word)
+            if not is_code(word):  # which a process loads once
+                refuse_changed(self.digests, {word: meaning_of(file)})
+            return strategy_named(file, side, self.sample)
 
         return [
             encounter(
@@ -164,9 +170,44 @@ def begin(
         name = "paper" if building is None else building
         arena = Arena(name, plan_of(load(name)), scenario)
     _refuse_misfits(learned, arena)
-    return Evaluation(
+    begun = Evaluation(
         arena, _once(robots), _once(fires), seed, episodes, sample, files, errors
     )
+    return with_digests(begun)
+
+
+def with_digests(evaluation: Evaluation) -> Evaluation:
+    """Add digests of all that its words and the name of its map mean now."""
+    words = _once((*evaluation.robots, *evaluation.fires))
+    files = evaluation.files
+    digests = {word: meaning_of(files.get(word, word)) for word in words}
+    digests[MAP] = _meaning_of_map(evaluation.arena.building)
+    known = {word: found for word, found in digests.items() if found}
+    return replace(evaluation, digests=known)
+
+
+def _meaning_of_map(name: str) -> dict[str, str]:
+    """Digest the drawing that a map's name loads; nothing where there is none."""
+    if "\n" in name:  # it is the map itself
+        return {}
+    try:
+        drawing = drawing_now(name)
+    except InputError:  # it cannot be built now
+        return {name: ""}
+    if drawing is None:
+        return {}
+    return {name: digest_of(repr(drawing).encode())}
+
+
+def refuse_mixing(evaluation: Evaluation, folder: Path) -> None:
+    """Raise InputError if a folder's runs are of other files under the same names."""
+    path = folder / ABOUT
+    if not path.exists():
+        return
+    digests = read_json(path).get("digests", {})
+    with naming(path):
+        begun = checked("digests", digests, Mapping[str, Mapping[str, str]])
+        refuse_changed(begun, evaluation.digests)
 
 
 def resume(
@@ -184,18 +225,15 @@ def resume(
         )
     content = read_json(path)
     refuse_version(path, content.pop("version", "unknown"), content.pop("game", 1))
-    for word, digest in mapping(content.pop("code", {}), f"{path}: code").items():
-        if code_digest(word) != digest:
-            raise ContradictionError(
-                f"{word}: its code has changed since. Take another folder for it."
-            )
     begun = record_from(Evaluation, content, str(path))
+    with naming(path):
+        refuse_changed(begun.digests, with_digests(begun).digests)
     files = _newest((*robots, *fires)) | dict(begun.files)
     robots = _once((*begun.robots, *robots))
     fires = _once((*begun.fires, *fires))
     with naming(path):
         _refuse_misfits(_learned(robots, fires, files), begun.arena)
-    return replace(begun, robots=robots, fires=fires, files=files)
+    return with_digests(replace(begun, robots=robots, fires=fires, files=files))
 
 
 def _once(words: Iterable[str]) -> tuple[str, ...]:
@@ -236,7 +274,7 @@ def _refuse_misfits(learned: Mapping[str, Any], arena: Arena) -> None:
 def write(evaluation: Evaluation, folder: Path) -> None:
     """Write the evaluation into its folder, whole or not at all. Raises OSError.
 
-    Beside it stand version and game, and digests of the code that plays.
+    Beside it stand version and game.
     """
     head = {"version": reference.__version__, "game": reference.GAME}
-    write_json(folder / ABOUT, head | {"code": evaluation.code} | asdict(evaluation))
+    write_json(folder / ABOUT, head | asdict(evaluation))

@@ -196,14 +196,14 @@ def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
 def as_json(
     evaluation: Evaluation, ruler: Ruler | None, cells: Iterable[Cell]
 ) -> dict[str, Any]:
-    """Describe what was evaluated, whose code played, the ruler, the cells' figures."""
+    """Describe what was evaluated, which files played, the ruler, cells' figures."""
     return {
         "building": evaluation.arena.building,
         "people": evaluation.arena.people,
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
         "files": dict(evaluation.files),
-        "code": evaluation.code,
+        "digests": {word: dict(of) for word, of in evaluation.digests.items()},
         "ruler": asdict(ruler) if ruler else None,
         "cells": [as_plain(cell) for cell in cells],
     }

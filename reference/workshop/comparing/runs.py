@@ -68,13 +68,14 @@ def evaluate(
 
     Runs already in the folder are not played again; without a folder nothing is
     written. Raises OSError where something cannot be written, ValueError for a damaged
-    table of runs.
+    table of runs and for runs of files that have changed since.
     """
     # What is done already
     done = dict[Run, RunResult]()
     table = None
     if folder:
         make_folder(folder)
+        matches.refuse_mixing(evaluation, folder)
         done = {result.run: result for result in read(folder / RUNS, evaluation)}
         matches.write(evaluation, folder)  # first: without it nobody could go on
         table = table_of(folder / RUNS, done.values())

@@ -11,7 +11,6 @@ import os
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from hashlib import sha256
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
@@ -34,6 +33,7 @@ from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.robots import Destinations
 from reference.workshop.maps import load
+from reference.workshop.storage.runs import digests_of_code
 from reference.world import Robot, World
 
 CODE = "MODULE:NAME"
@@ -105,9 +105,12 @@ def metres(x: Any, y: Any) -> tuple[float, float]:
     return read
 
 
-def code_digest(word: str) -> str:
-    """Digest the file of the module that a word names. Raises as `_file` does."""
-    return sha256(_file(word).read_bytes()).hexdigest()
+def code_digests(word: str) -> dict[str, str]:
+    """Digest the file of the module that a word names, and those that it imports.
+
+    Raises as `_file` does.
+    """
+    return digests_of_code(word.partition(":")[0], _file(word))
 
 
 def _file(word: str) -> Path:
