@@ -25,6 +25,7 @@ from reference.workshop.comparing import (
     table,
 )
 from reference.workshop.comparing.intervals import of_mean
+from reference.workshop.comparing.matches import notes
 from reference.workshop.comparing.results import as_json
 from reference.workshop.maps import find, load
 from reference.workshop.storage.workers import InProcess, one_thread, workers
@@ -155,6 +156,70 @@ def test_each_run_has_strategies_of_its_own_and_the_worst_case_knows_whom_it_mee
     assert one is not other and vars(one) == vars(other)
     assert all(run.fire_strategy.robots is run.robot_strategy for run in runs)
     assert runs[0].fire_strategy.scenario == evaluation.arena.scenario
+
+
+def changed_scenario(run, path, **fields):
+    """A checkpoint like the training's, as if it had learned under another scenario."""
+    checkpoint = load_checkpoint(run)
+    settings = checkpoint.task.settings
+    scenario = replace(settings.scenario, **fields)
+    task = replace(checkpoint.task, settings=replace(settings, scenario=scenario))
+    save(replace(checkpoint, task=task), path)
+    return str(path)
+
+
+def test_the_heading_says_under_what_a_table_was_played(run, tmp_path):
+    """Every field that is not the default, for people and for programs."""
+    odd = changed_scenario(run, tmp_path / "odd.pt", sight_range=2.0, rooms=["1/hall"])
+    evaluation = begin((odd,), episodes=1)
+    title = evaluation.about().partition(":")[0]
+    under = "rooms=1/hall, sources=3, time_limit=40, sight_range=2"
+    assert title == f"Tiny office, 6 people, {under}"
+    facts = as_json(evaluation, paper_ruler(), [])
+    told = {"people": 6, "rooms": ["1/hall"], "sources": 3}
+    assert facts["scenario"] == told | {"time_limit": 40.0, "sight_range": 2.0}
+    calm = begin(("none",), building="tiny", scenario={"sources": 0})
+    assert calm.about().startswith("Tiny office, 40 people, sources=0: ")
+    assert begin(**SMALL).about().startswith("Tiny office, 4 people: 2 robots")
+
+
+def test_refuses_checkpoints_of_two_scenarios_in_whichever_order(run, tmp_path):
+    """The first would have ruled all rows; what is stated may differ, and is told."""
+    one = str(run)
+    two = changed_scenario(run, tmp_path / "tz.pt", sight_range=2.0, time_limit=50.0)
+    for words in ((one, two), (two, one), ("none", two, one)):
+        with pytest.raises(InputError) as refused:
+            begin(words, ("none",))
+        assert f"--robots {two}: " in str(refused.value) or two in str(refused.value)
+        assert "time_limit=50, sight_range=2" in str(refused.value)
+    stated = {"sight_range": 4.0, "time_limit": 50.0}
+    tables = [
+        evaluate(
+            begin(words, ("random",), episodes=2, scenario=stated), None, Stopped(9)
+        )
+        for words in ((one, two), (two, one))
+    ]
+    assert sorted(map(str, tables[0])) == sorted(map(str, tables[1]))
+    told = notes(begin((one, two), ("random",), scenario=stated))
+    assert told[1] == f"--robots {two}: learned under sight_range=2; here it plays " + (
+        "under sight_range=4"
+    )
+
+
+def test_a_kept_drawing_is_told_where_its_file_has_changed(run, tmp_path, monkeypatch):
+    """A checkpoint is played in its own."""
+    drawing = tmp_path / "office.txt"
+    checkpoint = load_checkpoint(run)
+    task = replace(checkpoint.task, building=str(drawing))
+    save(replace(checkpoint, task=task), tmp_path / "net.pt")
+    evaluation = begin((str(tmp_path / "net.pt"),), ("none",), episodes=1)
+    assert notes(evaluation) == []
+    drawing.write_text(find("tiny").read_text())
+    assert notes(evaluation) == []
+    drawing.write_text(find("paper").read_text())
+    changed = f"{drawing} has changed since; this plays the kept drawing"
+    assert notes(evaluation) == [changed]
+    assert as_json(evaluation, None, [])["notes"] == [changed]
 
 
 # -- What it comes to ---------------------------------------------------------------

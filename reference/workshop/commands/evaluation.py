@@ -80,7 +80,8 @@ def _tell(
     shown = [name for name in results.HEADINGS if ruler or name != "score"]
     table = results.table(cells, shown)
     below = f"[95 % bootstrap intervals over runs]  {of_ruler}"
-    tell(arguments, report, "\n".join([evaluation.about(), table, below]))
+    head = [evaluation.about(), *report["notes"]]
+    tell(arguments, report, "\n".join([*head, table, below]))
     if arguments.out:  # last: whatever cannot be written, the table has been told
         write_json(arguments.out / "cells.json", report)
         _draw(arguments.out, evaluation.arena, ruler, cells, played)

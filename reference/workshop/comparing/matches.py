@@ -1,14 +1,15 @@
 """What an evaluation plays: which robots meet which fires, where, from which seeds.
 
 All matches share one building and scenario, so that runs are paired
-by seed.  If there are checkpoints, they determine both.  A training's folder stands for
-the checkpoint that is its newest when the evaluation begins.
+by seed.  Checkpoints bring both, where nothing else is asked for, and must agree: the
+order of words changes no number.  A training's folder stands for the checkpoint that is
+its newest when the evaluation begins.
 """
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -17,6 +18,7 @@ from typing import Any
 import reference
 from reference import paper
 from reference.building import Building, building_of, plan_of
+from reference.floorplan import Drawing
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
@@ -61,6 +63,38 @@ class Arena:
     def people(self) -> int:
         """How many people start."""
         return sum(self.scenario.start_counts(self.drawn.floors))
+
+    @property
+    def changes(self) -> dict[str, Any]:
+        """The scenario's fields that differ from the default, by name."""
+        default = Scenario()
+        names = differing(self.scenario, default)
+        return {name: getattr(self.scenario, name) for name in names}
+
+    def about(self) -> str:
+        """Say where and under what: all of the scenario that is not the default."""
+        names = [name for name in self.changes if name != "people"]  # told anyway
+        under = f", {in_words(self.scenario, names)}" if names else ""
+        return f"{self.drawn.title}, {self.people} people{under}"
+
+
+def differing(one: Scenario, other: Scenario) -> list[str]:
+    """Name the fields in which two scenarios differ, but for the rule of training."""
+    names = [field.name for field in fields(Scenario) if field.name != "training"]
+    return [name for name in names if getattr(one, name) != getattr(other, name)]
+
+
+def in_words(scenario: Scenario, names: Iterable[str]) -> str:
+    """Write fields of a scenario as sight_range=2, rooms=1/hall,1/store."""
+    words = []
+    for name in names:
+        value = getattr(scenario, name)
+        if isinstance(value, tuple):
+            shown = ",".join(map(str, value))
+        else:
+            shown = f"{value:g}" if isinstance(value, float) else str(value)
+        words.append(f"{name}={shown}")
+    return ", ".join(words)
 
 
 @dataclass(frozen=True)
@@ -129,10 +163,10 @@ class Evaluation:
         ]
 
     def about(self) -> str:
-        """Describe the evaluation in a line."""
+        """Describe the evaluation in a line: where, under what, who, how often."""
         off = f", errors of observation up to {self.errors} m" if self.errors else ""
         return (
-            f"{self.arena.drawn.title}, {self.arena.people} people: "
+            f"{self.arena.about()}: "
             f"{len(self.robots)} robots x {len(self.fires)} fires x {self.episodes} "
             f"seeds from {self.seed} on, {len(self.runs):,} runs{off}"
         )
@@ -147,33 +181,81 @@ def begin(
     episodes: int = EPISODES,
     sample: bool = False,
     errors: int = 0,
+    scenario: Mapping[str, Any] | None = None,
 ) -> Evaluation:
     """Make a new evaluation of some robots and fires, by the words of `strategy_named`.
 
-    building, people: by default the first checkpoint's, else the paper's.
-    Raises InputError for an unknown word, for strategies that do not fit the arena,
-    for more people than fit and for the map; OSError for a file that cannot be read.
+    building, people: by default those of the checkpoints, else the paper's
+    scenario: fields that are stated, by name; others are those of the checkpoints
+    Raises InputError for an unknown word, for strategies that do not fit the arena or
+    each other, for more people than fit and for the map; OSError for a file that cannot
+    be read.
     """
     files = _newest((*robots, *fires))
     learned = _learned(robots, fires, files)
     if sample and not any(hasattr(policy, "sample") for policy in learned.values()):
         raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
     policy = next(iter(learned.values()), None)
-    scenario = replace(policy.scenario, training=False) if policy else Scenario()
+    stated = dict(scenario or {})
     if people is not None:
-        scenario = replace(scenario, people=people, people_per_floor=None)
-    if not scenario.robots_per_floor and {*robots} != {"none"}:
-        scenario = replace(scenario, robots_per_floor=paper.ROBOTS_PER_FLOOR)
+        stated |= {"people": people, "people_per_floor": None}
+    common = replace(_scenario_of(learned, stated), **stated)
+    if not common.robots_per_floor and {*robots} != {"none"}:
+        common = replace(common, robots_per_floor=paper.ROBOTS_PER_FLOOR)
     if policy and building is None:
-        arena = Arena(policy.name, plan_of(policy.building), scenario)
+        arena = Arena(policy.name, plan_of(policy.building), common)
     else:
         name = "paper" if building is None else building
-        arena = Arena(name, plan_of(load(name)), scenario)
+        arena = Arena(name, plan_of(load(name)), common)
     _refuse_misfits(learned, arena)
     begun = Evaluation(
         arena, _once(robots), _once(fires), seed, episodes, sample, files, errors
     )
     return with_digests(begun)
+
+
+def _scenario_of(learned: Mapping[str, Any], stated: Collection[str]) -> Scenario:
+    """Take the scenario in which all policies learned, or the default without any.
+
+    stated: fields in which they may differ. Raises InputError where others differ: no
+    order of words may say which of two scenarios a table is of.
+    """
+    common = Scenario()
+    first = ""
+    for option, policy in learned.items():
+        own = replace(policy.scenario, training=False)
+        if not first:
+            first, common = option, own
+        names = [name for name in differing(own, common) if name not in stated]
+        if names:
+            raise InputError(
+                f"{option}: learned under {in_words(own, names)}, {first} under "
+                f"{in_words(common, names)}, and a table is of one scenario. Evaluate "
+                "them apart."
+            )
+    return common
+
+
+def notes(evaluation: Evaluation) -> list[str]:
+    """Say what a reader of the runs would not expect, a line each.
+
+    That the drawing is not the one in the file of its name, and that a policy learned
+    under another scenario than the runs'. Raises as `strategy_named` does.
+    """
+    arena = evaluation.arena
+    lines = []
+    kept = {arena.building: _digest_of_drawing(arena.drawn.drawing)}
+    now = _meaning_of_map(arena.building)
+    if now and now != kept:
+        lines.append(f"{arena.building} has changed since; this plays the kept drawing")
+    learned = _learned(evaluation.robots, evaluation.fires, evaluation.files)
+    for option, policy in learned.items():
+        names = differing(policy.scenario, arena.scenario)
+        if names:
+            here = in_words(arena.scenario, names)
+            own = in_words(policy.scenario, names)
+            lines.append(f"{option}: learned under {own}; here it plays under {here}")
+    return lines
 
 
 def with_digests(evaluation: Evaluation) -> Evaluation:
@@ -196,7 +278,11 @@ def _meaning_of_map(name: str) -> dict[str, str]:
         return {name: ""}
     if drawing is None:
         return {}
-    return {name: digest_of(repr(drawing).encode())}
+    return {name: _digest_of_drawing(drawing)}
+
+
+def _digest_of_drawing(drawing: Drawing) -> str:
+    return digest_of(repr(drawing).encode())
 
 
 def refuse_mixing(evaluation: Evaluation, folder: Path) -> None:

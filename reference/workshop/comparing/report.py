@@ -109,7 +109,7 @@ def page(results: Results, matrix: str, curves: str) -> str:
     design = indent("\n".join(rows), "    ")
     return (
         f"# {experiment.question}\n\n{results.answer()}\n\n"
-        f"## What was done\n\n{arena.drawn.title}, people: {arena.people}, version "
+        f"## What was done\n\n{arena.about()}, version "
         f"{reference.__version__}; the file's rows, and the defaults of the others:\n\n"
         f"{design}\n\n"
         f"## Who beats whom\n\n![Survivors of all arms under all fires]({matrix})\n\n"

@@ -13,7 +13,7 @@ import numpy as np
 
 from reference.evaluation.score import Case, Point, Ruler, RulerError, calibrated
 from reference.workshop.comparing.intervals import Interval, of_mean, of_means
-from reference.workshop.comparing.matches import Evaluation
+from reference.workshop.comparing.matches import Arena, Evaluation, notes
 from reference.workshop.comparing.runs import DIGITS, RunResult
 
 
@@ -200,6 +200,8 @@ def as_json(
     return {
         "building": evaluation.arena.building,
         "people": evaluation.arena.people,
+        "scenario": scenario_as_json(evaluation.arena),
+        "notes": notes(evaluation),
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
         "files": dict(evaluation.files),
@@ -207,6 +209,12 @@ def as_json(
         "ruler": asdict(ruler) if ruler else None,
         "cells": [as_plain(cell) for cell in cells],
     }
+
+
+def scenario_as_json(arena: Arena) -> dict[str, Any]:
+    """The scenario's fields that differ from the default, by name."""
+    changes = arena.changes.items()
+    return {name: list(v) if isinstance(v, tuple) else v for name, v in changes}
 
 
 def as_plain(cell: Cell) -> dict[str, Any]:
