@@ -330,6 +330,89 @@ def test_refuses_files_that_are_not_its_own(file, old, new, message):
         evaluate(resume(Path("out")), Path("out"), InProcess())
 
 
+@pytest.fixture(scope="module")
+def edited(small):
+    """Write one row of SMALL's runs with changes, read it back with others."""
+
+    def read(folder, *rows):
+        evaluation = begin(**SMALL)
+        runs.table_of(folder / "runs.csv", rows)
+        return runs.read(folder / "runs.csv", evaluation)
+
+    return read
+
+
+def sweep_run(small):
+    """A run in which several got out."""
+    return next(run for run in small if run.evacuated > 2)
+
+
+EDITS = {  # what is written: who says so
+    "survival 5.0": ({"survival": 5.0}, "survival is 5, evacuated / people"),
+    "survival 0": ({"survival": 0.0}, "survival is 0"),
+    "survival of others": ({"survival": 0.999999}, "survival is 0.999999"),
+    "nobody there": ({"people": 0}, "people do not add up"),
+    "more people": ({"people": 5}, "people do not add up"),
+    "more out": ({"evacuated": 5}, "people do not add up"),
+    "fewer than none": ({"died": -1, "inside": 1}, "people do not add up"),
+    "out and dead": ({"died": 4}, "people do not add up"),
+    "inside and out": ({"inside": 1}, "people do not add up"),
+    "health 900": ({"mean_health": 900.0}, "mean_health is 900, outside 0"),
+    "health below 0": ({"mean_health": -1.0}, "mean_health is -1"),
+    "health 0": ({"mean_health": 0.0}, "mean_health is 0"),
+    "health that time has taken": ({"mean_health": 100.0}, "by its times"),
+    "no health": ({"mean_health": None}, "does not go with times"),
+    "nobody's times": ({"times": ()}, "0 times, but"),
+    "one time more": ({"times": lambda t: (*t, t[-1])}, "times, but"),
+    "one time less": ({"times": lambda t: t[:-1]}, "times, but"),
+    "times descend": ({"times": lambda t: t[::-1]}, "do not ascend"),
+    "a time below 0": ({"times": lambda t: (-1.0, *t[1:])}, "do not ascend"),
+    "a time after the end": ({"times": lambda t: (*t[:-1], 999.0)}, "do not ascend"),
+    "another last time": ({"evacuation_time": 1.0}, "evacuation_time is 1.0, the last"),
+    "no last time": ({"evacuation_time": None}, "evacuation_time is None"),
+    "a later last time": ({"times": lambda t: (*t[:-1], t[-1] + 0.1)}, "do not ascend"),
+    "after the time limit": ({"simulated_seconds": 999.0}, "outside 0 to 240.2"),
+    "before it began": ({"simulated_seconds": -1.0}, "outside 0 to"),
+    "before the last was out": ({"simulated_seconds": 1.0}, "do not ascend"),
+    "harder than all": (
+        {"difficulty": 5000.0},
+        "difficulty is 5000, outside 0 to 3853",
+    ),
+    "easier than none": ({"difficulty": -1.0}, "difficulty is -1"),
+    "hard without fire": ({"fire": "none"}, "outside 0 to 0"),
+    "reward of more people": ({"reward": 1e6}, "reward is 1e[+]06, outside"),
+    "reward of the dead": ({"reward": -1200.0}, "reward is -1200, outside"),
+    "all dead": (
+        {"evacuated": 0, "died": 4, "survival": 0.0, "inside": 0},
+        "times, but 0 people got out",
+    ),
+    "all inside, before the end": (
+        {"evacuated": 0, "died": 0, "inside": 4, "survival": 0.0, "times": ()},
+        "people are inside, though it ended before",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_refuses_a_row_that_contradicts_itself(name, small, edited, tmp_path):
+    """Somebody has edited it; what follows from other columns is computed again."""
+    changes, message = EDITS[name]
+    run = sweep_run(small)
+    if callable(changes.get("times")):
+        changes = {"times": changes["times"](run.times)}
+    assert edited(tmp_path, *small) == small
+    with pytest.raises(InputError, match=rf"runs.csv:2: .*{message}"):
+        edited(tmp_path, replace(run, **changes))
+
+
+def test_refuses_one_run_with_two_results(small, edited, tmp_path):
+    """Twice the same is once; the second of two is the one that is refused."""
+    assert edited(tmp_path, small[0], small[0]) == [small[0], small[0]]
+    other = replace(small[1], seed=small[0].seed)
+    with pytest.raises(InputError, match=r"runs.csv:3: .*another row of this run"):
+        edited(tmp_path, small[0], other)
+
+
 def test_refuses_rows_that_do_not_add_up_and_those_of_other_people(small):
     """Somebody has edited one of the files; the row's file is named."""
     path, folder = Path("out/runs.csv"), Path("out")

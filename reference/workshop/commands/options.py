@@ -129,8 +129,8 @@ def building(default: str) -> Option:
 
 BUILDING = option(
     "--building",
-    "where, and under what: default: that in which the checkpoints learned, with their "
-    "scenario, in which they must agree; else paper, and the paper's scenario",
+    "where, and under what scenario; default: those in which the checkpoints learned, "
+    "which must agree, else paper and its scenario",
     metavar="MAP",
 )
 COUNT = f"default: the checkpoints', else {paper.PEOPLE}"
