@@ -11,6 +11,7 @@ import pytest
 from outcomes import result
 from trainings import Stopped, begun, room_for, tiny, trained
 
+from reference.evaluation.bounds import critical_points
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
 from reference.evaluation.score import paper_ruler
 from reference.fire import RandomFire
@@ -26,7 +27,7 @@ from reference.workshop.comparing import (
 )
 from reference.workshop.comparing.intervals import of_mean
 from reference.workshop.comparing.matches import notes
-from reference.workshop.comparing.results import as_json
+from reference.workshop.comparing.results import as_json, baseline_of
 from reference.workshop.maps import find, load
 from reference.workshop.storage.workers import InProcess, one_thread, workers
 from reference.workshop.strategies.guides import Sweep
@@ -237,6 +238,28 @@ def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
     assert "less baseline's" in first
     assert "37.5 [25.0, 50.0]" in line
     assert "baseline" not in table(cells(ours, paper_ruler()))
+
+
+@pytest.mark.paper("F12")
+def test_the_best_scripted_guide_scores_1_whatever_else_plays():
+    """On the fires of the table: by the mean of E over them, and by the paper's k."""
+    points = critical_points(load("paper"))
+    worse = [result("patrol", seed=k, reward=7000.0) for k in range(3)]
+    better = [result("sweep", seed=k, reward=9000.0) for k in range(3)]
+    learned = [result("out/net.pt", seed=k, reward=9500.0) for k in range(3)]
+    none = [result("none", seed=k, reward=9900.0) for k in range(3)]
+    found = baseline_of([*worse, *better, *learned, *none], None, *points)
+    assert (found.robots, found.ruler.k) == ("sweep", paper_ruler().k)
+    played = [*worse, *better, *learned]
+    averaged = cells(played, paper_ruler(), on_baseline=found.ruler)
+    scores = [cell.score_on_baseline.mean for cell in averaged]
+    assert scores[1] == pytest.approx(1)
+    assert scores[0] < 1 < scores[2]
+    heads = table(averaged, baseline=found.robots).splitlines()[0]
+    assert "score E" in heads and "E, sweep = 1" in heads
+    assert "= 1" not in table(cells(played, paper_ruler()))
+    assert baseline_of([*learned, *none], None, *points) is None
+    assert baseline_of([*learned, *none], "none", *points).why == "as asked"
 
 
 @pytest.mark.paper("F9")
