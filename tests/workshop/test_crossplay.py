@@ -11,6 +11,7 @@ import pytest
 from outcomes import result
 from trainings import Stopped, begun, room_for, tiny, trained
 
+from reference.evaluation.bounds import critical_points
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
 from reference.evaluation.score import paper_ruler
 from reference.fire import RandomFire
@@ -25,10 +26,13 @@ from reference.workshop.comparing import (
     table,
 )
 from reference.workshop.comparing.intervals import of_mean
-from reference.workshop.comparing.results import as_json
-from reference.workshop.maps import load
+from reference.workshop.comparing.matches import notes
+from reference.workshop.comparing.results import as_json, baseline_of
+from reference.workshop.maps import find, load
 from reference.workshop.storage.workers import InProcess, one_thread, workers
 from reference.workshop.strategies.guides import Sweep
+from reference.workshop.training.checkpoints import load as load_checkpoint
+from reference.workshop.training.checkpoints import save
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
@@ -155,6 +159,70 @@ def test_each_run_has_strategies_of_its_own_and_the_worst_case_knows_whom_it_mee
     assert runs[0].fire_strategy.scenario == evaluation.arena.scenario
 
 
+def changed_scenario(run, path, **fields):
+    """A checkpoint like the training's, as if it had learned under another scenario."""
+    checkpoint = load_checkpoint(run)
+    settings = checkpoint.task.settings
+    scenario = replace(settings.scenario, **fields)
+    task = replace(checkpoint.task, settings=replace(settings, scenario=scenario))
+    save(replace(checkpoint, task=task), path)
+    return str(path)
+
+
+def test_the_heading_says_under_what_a_table_was_played(run, tmp_path):
+    """Every field that is not the default, for people and for programs."""
+    odd = changed_scenario(run, tmp_path / "odd.pt", sight_range=2.0, rooms=["1/hall"])
+    evaluation = begin((odd,), episodes=1)
+    title = evaluation.about().partition(":")[0]
+    under = "rooms=1/hall, sources=3, time_limit=40, sight_range=2"
+    assert title == f"Tiny office, 6 people, {under}"
+    facts = as_json(evaluation, paper_ruler(), [])
+    told = {"people": 6, "rooms": ["1/hall"], "sources": 3}
+    assert facts["scenario"] == told | {"time_limit": 40.0, "sight_range": 2.0}
+    calm = begin(("none",), building="tiny", scenario={"sources": 0})
+    assert calm.about().startswith("Tiny office, 40 people, sources=0: ")
+    assert begin(**SMALL).about().startswith("Tiny office, 4 people: 2 robots")
+
+
+def test_refuses_checkpoints_of_two_scenarios_in_whichever_order(run, tmp_path):
+    """The first would have ruled all rows; what is stated may differ, and is told."""
+    one = str(run)
+    two = changed_scenario(run, tmp_path / "tz.pt", sight_range=2.0, time_limit=50.0)
+    for words in ((one, two), (two, one), ("none", two, one)):
+        with pytest.raises(InputError) as refused:
+            begin(words, ("none",))
+        assert f"--robots {two}: " in str(refused.value) or two in str(refused.value)
+        assert "time_limit=50, sight_range=2" in str(refused.value)
+    stated = {"sight_range": 4.0, "time_limit": 50.0}
+    tables = [
+        evaluate(
+            begin(words, ("random",), episodes=2, scenario=stated), None, Stopped(9)
+        )
+        for words in ((one, two), (two, one))
+    ]
+    assert sorted(map(str, tables[0])) == sorted(map(str, tables[1]))
+    told = notes(begin((one, two), ("random",), scenario=stated))
+    assert told[1] == f"--robots {two}: learned under sight_range=2; here it plays " + (
+        "under sight_range=4"
+    )
+
+
+def test_a_kept_drawing_is_told_where_its_file_has_changed(run, tmp_path, monkeypatch):
+    """A checkpoint is played in its own."""
+    drawing = tmp_path / "office.txt"
+    checkpoint = load_checkpoint(run)
+    task = replace(checkpoint.task, building=str(drawing))
+    save(replace(checkpoint, task=task), tmp_path / "net.pt")
+    evaluation = begin((str(tmp_path / "net.pt"),), ("none",), episodes=1)
+    assert notes(evaluation) == []
+    drawing.write_text(find("tiny").read_text())
+    assert notes(evaluation) == []
+    drawing.write_text(find("paper").read_text())
+    changed = f"{drawing} has changed since; this plays the kept drawing"
+    assert notes(evaluation) == [changed]
+    assert as_json(evaluation, None, [])["notes"] == [changed]
+
+
 # -- What it comes to ---------------------------------------------------------------
 
 
@@ -170,6 +238,28 @@ def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
     assert "less baseline's" in first
     assert "37.5 [25.0, 50.0]" in line
     assert "baseline" not in table(cells(ours, paper_ruler()))
+
+
+@pytest.mark.paper("F12")
+def test_the_best_scripted_guide_scores_1_whatever_else_plays():
+    """On the fires of the table: by the mean of E over them, and by the paper's k."""
+    points = critical_points(load("paper"))
+    worse = [result("patrol", seed=k, reward=7000.0) for k in range(3)]
+    better = [result("sweep", seed=k, reward=9000.0) for k in range(3)]
+    learned = [result("out/net.pt", seed=k, reward=9500.0) for k in range(3)]
+    none = [result("none", seed=k, reward=9900.0) for k in range(3)]
+    found = baseline_of([*worse, *better, *learned, *none], None, *points)
+    assert (found.robots, found.ruler.k) == ("sweep", paper_ruler().k)
+    played = [*worse, *better, *learned]
+    averaged = cells(played, paper_ruler(), on_baseline=found.ruler)
+    scores = [cell.score_on_baseline.mean for cell in averaged]
+    assert scores[1] == pytest.approx(1)
+    assert scores[0] < 1 < scores[2]
+    heads = table(averaged, baseline=found.robots).splitlines()[0]
+    assert "score E" in heads and "E, sweep = 1" in heads
+    assert "= 1" not in table(cells(played, paper_ruler()))
+    assert baseline_of([*learned, *none], None, *points) is None
+    assert baseline_of([*learned, *none], "none", *points).why == "as asked"
 
 
 @pytest.mark.paper("F9")
@@ -211,6 +301,35 @@ def test_the_table_is_aligned_and_says_what_is_missing():
 # -- Refusals -----------------------------------------------------------------------
 
 
+def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
+    """At a resume, by whoever fills the same folder, and in the middle of a run."""
+    network, drawing = tmp_path / "net.pt", tmp_path / "office.txt"
+    first = run / "checkpoint-000001.pt"
+    shutil.copy(first, network)
+    drawing.write_text(find("tiny").read_text())
+    words = {"robots": (str(network),), "fires": ("none",), "building": str(drawing)}
+    evaluation = begin(**words, episodes=1)
+    evaluate(evaluation, tmp_path / "out", InProcess())
+    assert resume(tmp_path / "out").digests == evaluation.digests
+
+    checkpoint = load_checkpoint(first)
+    save(replace(checkpoint, round=2), network)
+    changed = rf"evaluation.json: {network} has changed since\. Take another folder"
+    with pytest.raises(InputError, match=changed):
+        resume(tmp_path / "out", fires=("random",))
+    with pytest.raises(InputError, match=changed):
+        evaluate(begin(**words, episodes=2), tmp_path / "out", InProcess())
+    with pytest.raises(InputError, match=rf"^{network} has changed since"):
+        evaluation.simulations(evaluation.runs)
+
+    shutil.copy(first, network)
+    drawing.write_text(drawing.read_text().replace("Tiny", "Small"))
+    with pytest.raises(InputError, match=rf"{drawing} has changed since"):
+        resume(tmp_path / "out")
+    drawing.unlink()  # nothing else can be meant: the kept one is played
+    assert resume(tmp_path / "out").digests.keys() == {str(network)}
+
+
 @pytest.mark.parametrize(
     ("file", "old", "new", "message"),
     [
@@ -232,6 +351,89 @@ def test_refuses_files_that_are_not_its_own(file, old, new, message):
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(ValueError, match=message):
         evaluate(resume(Path("out")), Path("out"), InProcess())
+
+
+@pytest.fixture(scope="module")
+def edited(small):
+    """Write one row of SMALL's runs with changes, read it back with others."""
+
+    def read(folder, *rows):
+        evaluation = begin(**SMALL)
+        runs.table_of(folder / "runs.csv", rows)
+        return runs.read(folder / "runs.csv", evaluation)
+
+    return read
+
+
+def sweep_run(small):
+    """A run in which several got out."""
+    return next(run for run in small if run.evacuated > 2)
+
+
+EDITS = {  # what is written: who says so
+    "survival 5.0": ({"survival": 5.0}, "survival is 5, evacuated / people"),
+    "survival 0": ({"survival": 0.0}, "survival is 0"),
+    "survival of others": ({"survival": 0.999999}, "survival is 0.999999"),
+    "nobody there": ({"people": 0}, "people do not add up"),
+    "more people": ({"people": 5}, "people do not add up"),
+    "more out": ({"evacuated": 5}, "people do not add up"),
+    "fewer than none": ({"died": -1, "inside": 1}, "people do not add up"),
+    "out and dead": ({"died": 4}, "people do not add up"),
+    "inside and out": ({"inside": 1}, "people do not add up"),
+    "health 900": ({"mean_health": 900.0}, "mean_health is 900, outside 0"),
+    "health below 0": ({"mean_health": -1.0}, "mean_health is -1"),
+    "health 0": ({"mean_health": 0.0}, "mean_health is 0"),
+    "health that time has taken": ({"mean_health": 100.0}, "by its times"),
+    "no health": ({"mean_health": None}, "does not go with times"),
+    "nobody's times": ({"times": ()}, "0 times, but"),
+    "one time more": ({"times": lambda t: (*t, t[-1])}, "times, but"),
+    "one time less": ({"times": lambda t: t[:-1]}, "times, but"),
+    "times descend": ({"times": lambda t: t[::-1]}, "do not ascend"),
+    "a time below 0": ({"times": lambda t: (-1.0, *t[1:])}, "do not ascend"),
+    "a time after the end": ({"times": lambda t: (*t[:-1], 999.0)}, "do not ascend"),
+    "another last time": ({"evacuation_time": 1.0}, "evacuation_time is 1.0, the last"),
+    "no last time": ({"evacuation_time": None}, "evacuation_time is None"),
+    "a later last time": ({"times": lambda t: (*t[:-1], t[-1] + 0.1)}, "do not ascend"),
+    "after the time limit": ({"simulated_seconds": 999.0}, "outside 0 to 240.2"),
+    "before it began": ({"simulated_seconds": -1.0}, "outside 0 to"),
+    "before the last was out": ({"simulated_seconds": 1.0}, "do not ascend"),
+    "harder than all": (
+        {"difficulty": 5000.0},
+        "difficulty is 5000, outside 0 to 3853",
+    ),
+    "easier than none": ({"difficulty": -1.0}, "difficulty is -1"),
+    "hard without fire": ({"fire": "none"}, "outside 0 to 0"),
+    "reward of more people": ({"reward": 1e6}, "reward is 1e[+]06, outside"),
+    "reward of the dead": ({"reward": -1200.0}, "reward is -1200, outside"),
+    "all dead": (
+        {"evacuated": 0, "died": 4, "survival": 0.0, "inside": 0},
+        "times, but 0 people got out",
+    ),
+    "all inside, before the end": (
+        {"evacuated": 0, "died": 0, "inside": 4, "survival": 0.0, "times": ()},
+        "people are inside, though it ended before",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_refuses_a_row_that_contradicts_itself(name, small, edited, tmp_path):
+    """Somebody has edited it; what follows from other columns is computed again."""
+    changes, message = EDITS[name]
+    run = sweep_run(small)
+    if callable(changes.get("times")):
+        changes = {"times": changes["times"](run.times)}
+    assert edited(tmp_path, *small) == small
+    with pytest.raises(InputError, match=rf"runs.csv:2: .*{message}"):
+        edited(tmp_path, replace(run, **changes))
+
+
+def test_refuses_one_run_with_two_results(small, edited, tmp_path):
+    """Twice the same is once; the second of two is the one that is refused."""
+    assert edited(tmp_path, small[0], small[0]) == [small[0], small[0]]
+    other = replace(small[1], seed=small[0].seed)
+    with pytest.raises(InputError, match=r"runs.csv:3: .*another row of this run"):
+        edited(tmp_path, small[0], other)
 
 
 def test_refuses_rows_that_do_not_add_up_and_those_of_other_people(small):

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import signal
 
 import pytest
@@ -45,7 +46,7 @@ def test_everybody_meets_everybody_and_every_figure_has_an_interval(capsys):
 
 @pytest.mark.slow
 def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
-    """On its ruler the baseline scores 1 on average over the fires."""
+    """On its ruler the baseline scores 1 over the fires; the paper's ruler stays."""
     crowd = "--people 30 --episodes 12"  # fewer would lose too little to calibrate by
     fires = "--robots none --fire none busiest closer --baseline none"
     made = evaluated(capsys, f"{crowd} {fires} --out eval")
@@ -56,8 +57,11 @@ def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
     }  # fmt: skip
     with (tmp_path / "eval/runs.csv").open(newline="") as file:
         assert len(list(csv.DictReader(file))) == 36
-    own = [c["score"]["mean"] for c in made["cells"]]
+    own = [c["score_on_baseline"]["mean"] for c in made["cells"]]
     assert sum(own) / len(own) == pytest.approx(1)
+    assert made["ruler"]["beta"] == score.paper_ruler().beta
+    assert made["baseline"]["ruler"]["beta"] != score.paper_ruler().beta
+    assert made["baseline"]["how"] == "by its runs"
 
 
 @pytest.mark.paper("F4", "Eq. 5")
@@ -78,27 +82,47 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
     evaluated(capsys, "--episodes 2 --out eval")
     before = (tmp_path / "eval/runs.csv").read_text()
     assert main(f"{AGAIN} --people 6 --episodes 2 --fire greedy".split()) == 0
-    title, heads, random, greedy, note = capsys.readouterr().out.splitlines()
+    title, heads, random, greedy, *notes = capsys.readouterr().out.splitlines()
     assert title.endswith("1 robots x 2 fires x 2 seeds from 0 on, 4 runs")
     assert heads.split()[:3] == ["robots", "fire", "runs"]
     assert (random.split()[1], greedy.split()[1]) == ("random", "greedy")
     assert (tmp_path / "eval/runs.csv").read_text().startswith(before)
-    assert "the paper's" in note
+    assert "the paper's" in notes[1]
 
 
 @pytest.mark.paper("F12")
-def test_a_baseline_that_makes_no_ruler_costs_the_score_alone(tmp_path, capsys):
-    """The table stands without E, and a sentence says why; so it is for programs."""
-    small = "--episodes 1 --baseline sweep"
-    facts = evaluated(capsys, f"{small} --out eval")
-    assert facts["ruler"] is facts["cells"][0]["score"] is None
-    ruler = tmp_path / "eval/ruler.png"
-    ruler.touch()  # of a table with other runs
+def test_a_baseline_whose_runs_give_no_k_is_measured_by_the_papers(capsys):
+    """It scores 1 all the same, and a sentence says why; so it is for programs."""
+    facts = evaluated(capsys, "--episodes 1 --baseline sweep --out eval")
+    assert facts["cells"][0]["score_on_baseline"]["mean"] == 1
+    assert facts["baseline"]["ruler"]["k"] == score.paper_ruler().k
     assert main(f"{AGAIN} --baseline sweep".split()) == 0
-    assert not ruler.exists() and (tmp_path / "eval/matrix.png").exists()
-    _, heads, _, why = capsys.readouterr().out.splitlines()
-    assert "reward R" in heads and "score E" not in heads
-    assert "no E, since the runs of sweep calibrate none: 1 runs make no ruler" in why
+    _, heads, _, _, _, why = capsys.readouterr().out.splitlines()
+    assert "score E" in heads and "E, sweep = 1" in heads
+    told = "sweep, as asked, scores 1 .* k = 0.009, the paper's, since .*1 runs make no"
+    assert re.search(told, why)
+
+
+@pytest.mark.paper("F12")
+def test_without_a_baseline_the_best_guide_among_the_robots_is_it(capsys):
+    """The heading names it; without guides nothing is said to be 1 here."""
+    robots = "--robots none escort sweep random --fire none busiest --episodes 2"
+    facts = evaluated(capsys, f"{robots} --people 30")
+    mean = {
+        robots: [
+            c["score_on_baseline"]["mean"]
+            for c in facts["cells"]
+            if c["robots"] == robots
+        ]
+        for robots in ("none", "escort", "sweep", "random")
+    }
+    best = facts["baseline"]["robots"]
+    assert sum(mean[best]) / 2 == pytest.approx(1, abs=1e-5)
+    assert best == max({*mean} - {"none"}, key=lambda robots: sum(mean[robots]))
+    assert all(cell["gain"] is None for cell in facts["cells"])
+    assert main(f"{SMALL} --robots none --episodes 1".split()) == 0
+    *_, note = capsys.readouterr().out.splitlines()
+    assert "no E on a baseline of this building: name a scripted guide" in note
 
 
 @pytest.mark.parametrize(

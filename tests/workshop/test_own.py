@@ -46,7 +46,7 @@ def mine(tmp_path, monkeypatch):
 
 
 def test_code_of_ones_own_meets_everybody_under_the_name_that_was_typed(mine, capsys):
-    """A class, or an object with `decide`; results have the digest of the code."""
+    """A class, or an object with `decide`; results have digests of the code."""
     words = f"{MATCH} {mine}:Guide {mine}:ready --fire random {mine}:Spark --json"
     assert main(words.split()) == 0
     facts = json.loads(capsys.readouterr().out)
@@ -57,7 +57,8 @@ def test_code_of_ones_own_meets_everybody_under_the_name_that_was_typed(mine, ca
         tuple(found["sweep", "random"].values())
     }
     own = [f"{mine}:{name}" for name in ("Guide", "ready", "Spark")]
-    assert facts["code"] == dict.fromkeys(own, sha256(CODE.encode()).hexdigest())
+    digest = sha256(CODE.encode()).hexdigest()
+    assert all(facts["digests"][word] == {f"{mine}.py": digest} for word in own)
     played = f"evacuate --robots {mine}:Guide --people 2 --building tiny"
     assert main(played.split()) == 0
     assert f"{mine}:Guide" in capsys.readouterr().out
@@ -113,14 +114,23 @@ def test_what_code_itself_raises_is_not_told_as_a_slip_in_its_name(mine):
 
 
 def test_an_evaluation_does_not_go_on_with_code_that_has_changed(mine, capsys):
-    """Its rows would be of two strategies with one name."""
+    """Nor with a module that it imports: one name would stand for two strategies."""
+    Path("helper.py").write_text("STEP = 1\n")
+    Path(f"{mine}.py").write_text(CODE + "import helper\n")
     match = f"evaluate --building tiny --people 2 --episodes 1 --robots {mine}:Guide"
     assert main(f"{match} --fire none --workers 0 --out out".split()) == 0
     assert main(["evaluate", "--resume", "--workers", "0", "--out", "out"]) == 0
-    Path(f"{mine}.py").write_text(CODE + "# faster\n")
-    capsys.readouterr()
-    found, message = refusal(capsys, *["evaluate", "--resume", "--out", "out"])
-    assert (found, f"{mine}:Guide: its code has changed" in message) == (2, True)
+    for file, named in (
+        ("helper.py", f"helper.py, which {mine}.py imports, has changed since"),
+        (f"{mine}.py", f"{mine}.py has changed since"),
+    ):
+        before = Path(file).read_text()
+        Path(file).write_text(before + "# faster\n")
+        capsys.readouterr()
+        found, message = refusal(capsys, *["evaluate", "--resume", "--out", "out"])
+        assert (found, named in message) == (1, True), message
+        Path(file).write_text(before)
+    assert main(["evaluate", "--resume", "--workers", "0", "--out", "out"]) == 0
 
 
 def test_an_experiment_tests_code_and_plays_it_anew_when_it_has_changed(mine):

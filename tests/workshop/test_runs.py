@@ -8,7 +8,8 @@ from processes import python
 
 from reference.__main__ import main
 from reference.paper import InputError
-from reference.workshop.storage.runs import held
+from reference.workshop.maps import find
+from reference.workshop.storage.runs import digests_of_code, held, refuse_changed
 
 TINY = ROOT / "tutorials" / "experiments" / "tiny.toml"
 HOLDING = """
@@ -69,3 +70,76 @@ def test_a_folder_that_somebody_else_made_stays(tmp_path):
         with held(folder, False, list):
             assert folder.is_dir()
     assert theirs.is_dir() and not ours.exists()
+
+
+# -- What words mean ----------------------------------------------------------------
+
+MODULES = {
+    "mine.py": "import json, random\nfrom kit import paces, nobody\nimport reference",
+    "random.py": "",  # found before Python's own
+    "kit/__init__.py": "",
+    "kit/paces.py": "def walk():\n    from . import maths\n    import other",
+    "kit/maths.py": "import mine",  # in a circle
+    "kit/unused.py": "",
+    "other.py": "this is no Python",
+    "reference/__init__.py": "",
+}
+
+
+@pytest.fixture
+def own_code(tmp_path):
+    """A folder with modules that import each other, in every way."""
+    for name, content in MODULES.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(content)
+    return tmp_path
+
+
+def test_code_is_all_modules_that_it_imports_from_its_folder(own_code):
+    """Also within functions, by relative names, through others and in circles."""
+    found = digests_of_code("mine", own_code / "mine.py")
+    kit = {"kit/__init__.py", "kit/paces.py", "kit/maths.py"}
+    assert {*found} == {"mine.py", "random.py", "other.py", *kit}
+    assert next(iter(found)) == "mine.py"
+
+
+def test_a_module_of_a_package_is_looked_for_from_where_the_package_lies(own_code):
+    """Its package is imported too, and what lies beside it."""
+    found = digests_of_code("kit.maths", own_code / "kit" / "maths.py")
+    assert next(iter(found)) == "kit/maths.py"
+    assert {"kit/__init__.py", "mine.py", "random.py", "kit/paces.py"} < {*found}
+
+
+@pytest.mark.parametrize(
+    ("now", "named"),
+    [
+        ({"net.pt": "c", "a.py": "a"}, "^net.pt has changed since"),
+        ({"net.pt": "b", "a.py": "b"}, "^a.py, which net.pt imports, has changed"),
+        ({"net.pt": "b"}, "^a.py, which net.pt imports, has changed since"),
+        ({"net.pt": "b", "a.py": "a", "c.py": ""}, "^c.py, which net.pt imports"),
+    ],
+)
+def test_refuses_a_file_that_has_changed_by_its_name(now, named):
+    """The word's own, one that it needs, one that is gone and one that is new."""
+    begun = {"word": {"net.pt": "b", "a.py": "a"}}
+    refuse_changed(begun, begun | {"another": {"new.pt": "a"}})
+    with pytest.raises(InputError, match=named):
+        refuse_changed(begun, {"word": now})
+
+
+def test_a_training_does_not_go_on_when_its_map_has_changed(
+    tmp_path, monkeypatch, capsys
+):
+    """It goes on without the file, in the drawing that it has kept."""
+    monkeypatch.chdir(tmp_path)
+    drawing = find("tiny").read_text()
+    (tmp_path / "office.txt").write_text(drawing)
+    train = ["train", "--preset", "tiny", "--building", "office.txt", "--workers", "0"]
+    assert main([*train, "--fire", "random", "--out", "out"]) == 0
+    again = ["train", "--resume", "--workers", "0", "--out", "out"]
+    (tmp_path / "office.txt").write_text(find("paper").read_text())
+    capsys.readouterr()
+    assert main(again) == 1
+    assert "office.txt has changed since" in capsys.readouterr().err
+    (tmp_path / "office.txt").unlink()
+    assert main(again) == 0

@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, table, tell
-from reference.workshop.comparing.matches import Arena, Evaluation, begin
+from reference.workshop.comparing.matches import Arena, Evaluation, begin, notes
 from reference.workshop.comparing.named import ABOUT, said_of
 from reference.workshop.measuring.crowding import Crowding
 from reference.workshop.measuring.recording import recording, ticks
@@ -103,6 +103,8 @@ def evacuate(arguments: Namespace) -> None:
     pairs = _pairs(arguments)
     robots, fires = zip(*pairs, strict=True)
     evaluation = begin(robots, fires, **options.of_evaluation(arguments))
+    for line in notes(evaluation):
+        note(line)
     crowding = Crowding() if arguments.density else None
 
     played = []

@@ -1,24 +1,26 @@
-"""The command evaluate: all robots against all fires, by one ruler.
-
-Clauses: F9, F12.
-"""
+"""The command evaluate: all robots against all fires, by one ruler."""
 
 from argparse import Namespace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from reference.evaluation.bounds import best_reward, critical_points
-from reference.evaluation.score import Ruler, RulerError, paper_ruler
+from reference.evaluation.score import paper_ruler
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, resumable, tell
 from reference.workshop.comparing import matches, results, runs
 from reference.workshop.comparing.matches import Arena, Evaluation
-from reference.workshop.comparing.results import Cell
+from reference.workshop.comparing.results import Baseline, Cell
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.storage.files import write_json
 from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import ContradictionError, refuse_options
+
+NO_BASELINE = (
+    "no E on a baseline of this building: name a scripted guide among --robots, such "
+    "as escort, or take --baseline"
+)
 
 
 @options.command(
@@ -35,7 +37,10 @@ from reference.workshop.storage.runs import ContradictionError, refuse_options
     options.folder("--out", "keep runs, tables and pictures there"),
     options.flag("--resume", "go on in DIR, also with further --robots and --fire"),
     options.option(
-        "--baseline", "robots to compare with; E is 1 for them on average", metavar="S"
+        "--baseline",
+        "robots to compare with, and of the second E, which is 1 for them on average "
+        "over the fires; default: the best scripted guide of --robots, for E alone",
+        metavar="S",
     ),
     options.SEED,
     options.JSON,
@@ -43,7 +48,8 @@ from reference.workshop.storage.runs import ContradictionError, refuse_options
 )
 def evaluate(arguments: Namespace) -> None:
     """Plays all robots against all fires: survival, reward R, difficulty h, score E."""
-    out, baseline = arguments.out, arguments.baseline
+    out = arguments.out
+    baseline = arguments.baseline
     if arguments.resume and not out:
         raise ContradictionError("--resume goes with --out: which folder?")
     same = ["evaluate"]
@@ -62,7 +68,8 @@ def evaluate(arguments: Namespace) -> None:
 def _evaluation(arguments: Namespace) -> Evaluation:
     """Begin an evaluation, or resume one with further robots and fires."""
     asked = options.of_evaluation(arguments)
-    robots, fires = arguments.robots or (), arguments.fire or ()
+    robots = arguments.robots or ()
+    fires = arguments.fire or ()
     if arguments.resume:
         begun = matches.resume(arguments.out, robots, fires)
         arena = {"building": begun.arena.building, "people": begun.arena.people}
@@ -75,47 +82,51 @@ def _tell(
     arguments: Namespace, evaluation: Evaluation, played: list[RunResult]
 ) -> None:
     """Print and keep what the runs come to."""
-    ruler, of_ruler = _ruler(evaluation, played, arguments.baseline)
-    cells = results.cells(played, ruler, arguments.baseline)
-    report = results.as_json(evaluation, ruler, cells)
-    shown = [name for name in results.HEADINGS if ruler or name != "score"]
-    table = results.table(cells, shown)
-    below = f"[95 % bootstrap intervals over runs]  {of_ruler}"
-    tell(arguments, report, "\n".join([evaluation.about(), table, below]))
+    arena = evaluation.arena
+    ruler = paper_ruler()
+    baseline = None
+    if arena.people:
+        points = critical_points(arena.drawn, arena.scenario)
+        baseline = results.baseline_of(played, arguments.baseline, *points)
+    cells = results.cells(
+        played, ruler, arguments.baseline, baseline.ruler if baseline else None
+    )
+    report = results.as_json(evaluation, ruler, cells, baseline)
+    text = [
+        evaluation.about(),
+        *report["notes"],
+        results.table(cells, baseline=baseline.robots if baseline else None),
+        "[95 % bootstrap intervals over runs]",
+        f"score E: by the paper's ruler, on which 1 is the paper's baseline in the "
+        f"paper's building: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}",
+        baseline.about() if baseline else NO_BASELINE,
+    ]
+    tell(arguments, report, "\n".join(text))
     if arguments.out:  # last: whatever cannot be written, the table has been told
         write_json(arguments.out / "cells.json", report)
-        _draw(arguments.out, evaluation.arena, ruler, cells, played)
-
-
-def _ruler(
-    evaluation: Evaluation, played: list[RunResult], baseline: str | None
-) -> tuple[Ruler | None, str]:
-    """The paper's ruler, or one that a baseline calibrates; and which, or why none."""
-    ruler, which = paper_ruler(), "the paper's ruler"
-    if baseline:
-        which = f"a ruler on which {baseline} scores 1 over its fires"
-        arena = evaluation.arena
-        points = critical_points(arena.drawn, arena.scenario)
-        try:
-            ruler = results.ruler_of(played, baseline, *points)
-        except RulerError as error:
-            return None, f"no E, since the runs of {baseline} calibrate none: {error}"
-    return ruler, f"E by {which}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
+        _draw(arguments.out, arena, baseline, cells, played)
 
 
 def _draw(
-    folder: Path, arena: Arena, ruler: Ruler | None, cells: list[Cell], played: Any
+    folder: Path,
+    arena: Arena,
+    baseline: Baseline | None,
+    cells: list[Cell],
+    played: list[RunResult],
 ) -> None:
-    """Draw pictures beside the runs; those of a ruler only where there is one."""
+    """Draw pictures beside the runs; E on the baseline's ruler, if there is one."""
     from reference.workshop.drawing import crossplay, save
     from reference.workshop.drawing.ruler import contours, curve
 
     save(crossplay.matrix(cells), folder / "matrix.png")
     save(crossplay.curves(played), folder / "evacuations.png")
-    for name in ("ruler.png", "scores.png"):  # fewer runs may have yielded a ruler
-        (folder / name).unlink(missing_ok=True)
-    if ruler:
-        best = best_reward(arena.drawn, arena.people)
-        save(curve(ruler, best), folder / "ruler.png")
-        save(contours(ruler, cells), folder / "scores.png")
+    ruler = paper_ruler()
+    one = "the paper's baseline"
+    if baseline:
+        ruler = baseline.ruler
+        one = f"{baseline.robots} here"
+        cells = [replace(cell, score=cell.score_on_baseline) for cell in cells]
+    best = best_reward(arena.drawn, arena.people)
+    save(curve(ruler, best), folder / "ruler.png")
+    save(contours(ruler, cells, one), folder / "scores.png")
     note(f"tables and pictures are in {folder}")

@@ -1,7 +1,4 @@
-"""The command experiment: arms, seeds and tests from a file, as jobs; then a page.
-
-Clauses: E6, F12.
-"""
+"""The command experiment: arms, seeds and tests from a file, as jobs; then a page."""
 
 from argparse import Namespace
 from functools import partial
@@ -48,11 +45,12 @@ def experiment(arguments: Namespace) -> None:
 def _tell(arguments: Namespace, asked: Any, played: list[Any], folder: Path) -> None:
     """Write the page and its pictures; print the table and the answer."""
     from reference.workshop.comparing import jobs, report
-    from reference.workshop.comparing.results import as_plain, table
+    from reference.workshop.comparing.results import as_plain, scenario_as_json, table
     from reference.workshop.drawing import crossplay, curves, save
 
     results = report.Results(asked, played)
-    cells, answer = results.cells(), results.answer()
+    cells = results.cells()
+    answer = results.answer()
     save(crossplay.matrix(cells, fill(report.OVER, 80)), folder / "matrix.png")
     arms: dict[str, list[curves.Run]] = {}
     for name, made in jobs.over(asked, folder).items():
@@ -60,6 +58,12 @@ def _tell(arguments: Namespace, asked: Any, played: list[Any], folder: Path) -> 
     save(curves.of_arms(arms), folder / "curves.png")
     page = report.page(results, "matrix.png", "curves.png")
     write_whole(folder / "page.md", page.encode())
-    told = {"answer": answer, "cells": [as_plain(cell) for cell in cells]}
-    tell(arguments, told, f"{table(cells, report.SHOWN)}\n{answer}")
+    told = {
+        "building": asked.arena.building,
+        "scenario": scenario_as_json(asked.arena),
+        "answer": answer,
+        "cells": [as_plain(cell) for cell in cells],
+    }
+    head = asked.arena.about()
+    tell(arguments, told, f"{head}\n{table(cells, report.SHOWN)}\n{answer}")
     note(f"the page is {folder / 'page.md'}")

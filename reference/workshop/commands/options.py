@@ -138,8 +138,13 @@ def building(default: str) -> Option:
     return option("--building", f"where; default: {default}", metavar="MAP")
 
 
-BUILDING = building("that of the first checkpoint, else paper")
-COUNT = f"default: the checkpoint's, else {paper.PEOPLE}"
+BUILDING = option(
+    "--building",
+    "where, and under what scenario; default: those in which the checkpoints learned, "
+    "which must agree, else paper and its scenario",
+    metavar="MAP",
+)
+COUNT = f"default: the checkpoints', else {paper.PEOPLE}"
 PEOPLE = number("--people", 1, COUNT, most=paper.MOST)
 SAMPLE = flag(
     "--sample", "draw a learned policy's actions, not the likeliest", default=None

@@ -1,6 +1,6 @@
 """Compare: robots x fires x seeds with intervals, and whole experiments.
 
-Clauses: E6, F9, F12.  Cross-play is `named` (who plays), `matches` (what is
+Cross-play is `named` (who plays), `matches` (what is
 evaluated), `runs` (all of them played) and `results` (what they come to, by
 `intervals`).  An experiment is `design` (one file), `jobs` (train, test) and `report`
 (a page).

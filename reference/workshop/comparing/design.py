@@ -1,6 +1,6 @@
 """The design of an experiment: arms, seeds, budget and tests, read from a TOML file.
 
-Clauses: E6, F12.
+What stands in such a file:
 
     question = "Do robots learn more from a fire that learns?"  # the page's title
     building = "paper"            # default
@@ -100,18 +100,31 @@ class Experiment:
             self._refuse_names()
             if not self.test.fires:
                 raise SettingsError("test: fires: name at least one")
-            tasks, test = self.trainings, self.test
-            sides = (*tasks, *test.robots), (*tasks, *test.fires)
-            Evaluation(self.arena, *sides, test.seed, test.episodes)  # not too many
-            building, scenario = self.arena.drawn, self.arena.scenario
-            for side, words in zip(SIDES, (test.robots, test.fires), strict=True):
-                for word in words:
-                    if word == LEARNED or is_code(word):
-                        fitting(word, side, building, scenario)
-            for name in self.arms:  # each refuses what does not fit
-                Training(tasks[f"{name}-{self.seeds[0]}"])
+            self._refuse_too_many_runs()
+            self._refuse_players_that_misfit()
+            for name in self.arms:  # a training refuses what does not fit
+                Training(self.trainings[f"{name}-{self.seeds[0]}"])
         except OSError as error:  # of the map
             raise SettingsError(str(error)) from None
+
+    def _refuse_too_many_runs(self) -> None:
+        """Raise InputError for more tests than an evaluation may have."""
+        Evaluation(
+            self.arena,
+            robots=(*self.trainings, *self.test.robots),
+            fires=(*self.trainings, *self.test.fires),
+            seed=self.test.seed,
+            episodes=self.test.episodes,
+        )
+
+    def _refuse_players_that_misfit(self) -> None:
+        """Raise InputError for code or a network that cannot play in the tests."""
+        building = self.arena.drawn
+        words_of = zip(SIDES, (self.test.robots, self.test.fires), strict=True)
+        for side, words in words_of:
+            for word in words:
+                if word == LEARNED or is_code(word):
+                    fitting(word, side, building, self.arena.scenario)
 
     def _refuse_names(self) -> None:
         """Raise SettingsError for names that are unknown, taken or there twice."""
@@ -122,10 +135,12 @@ class Experiment:
                     "letters, digits and _, and no strategy's name"
                 )
         learning = [name for name in self.arms if not self.arm(name)[1]]
-        fires, robots = self.test.fires, self.test.robots
-        known = (*FIXED, WORST, *learning, *filter(is_code, fires))
-        _refuse_unknown("fires", fires, known)
-        _refuse_unknown("robots", robots, (*ROBOTS, *filter(is_code, robots)))
+        fires = self.test.fires
+        known_fires = (*FIXED, WORST, *learning, *filter(is_code, fires))
+        _refuse_unknown("fires", fires, known_fires)
+        robots = self.test.robots
+        known_robots = (*ROBOTS, *filter(is_code, robots))
+        _refuse_unknown("robots", robots, known_robots)
         for pair in self.compare:
             _refuse_unknown("compare", pair, (*self.arms, *self.test.robots))
             if len(pair) != 2:
@@ -139,11 +154,15 @@ class Experiment:
         the end as at the beginning: one that had stopped would be no adversary.
         """
         stated = _stated(self.settings, "settings")
-        made, n = changed(preset(self.preset), stated, "settings"), self.decisions
-        often, saved = max(1, n // ROWS), max(1, n // SAVED)
-        fire = replace(made.fire, max_steps=n, keep_checkpoints=1)
-        robots = replace(made.robots, max_steps=n, keep_checkpoints=1)
-        robots = replace(robots, summary_freq=often, checkpoint_interval=saved)
+        made = changed(preset(self.preset), stated, "settings")
+        fire = replace(made.fire, max_steps=self.decisions, keep_checkpoints=1)
+        robots = replace(
+            made.robots,
+            max_steps=self.decisions,
+            keep_checkpoints=1,
+            summary_freq=max(1, self.decisions // ROWS),
+            checkpoint_interval=max(1, self.decisions // SAVED),
+        )
         return replace(made, robots=robots, fire=fire)
 
     def arm(self, name: str) -> tuple[Settings, tuple[str, ...]]:
@@ -153,10 +172,10 @@ class Experiment:
         """
         arm = f"arms: {name}"
         rows = _stated(self.arms[name], arm)
-        fires: Any = ()
+        fires: tuple[str, ...] = ()
         if isinstance(rows.get("fire"), str | list):
-            fires = rows.pop("fire")
-            fires = (fires,) if isinstance(fires, str) else tuple(map(str, fires))
+            named = rows.pop("fire")
+            fires = (named,) if isinstance(named, str) else tuple(map(str, named))
             if not fires:
                 raise SettingsError(
                     f"{arm}: fire names nobody: leave it out for a fire that learns"
@@ -172,10 +191,13 @@ class Experiment:
     def trainings(self) -> dict[str, Task]:
         """Every training by its name, such as "adversary-0" of an arm and a seed."""
         trainings = {}
+        building = self.arena.drawn
+        scenario = self.arena.scenario
         for name in self.arms:
             settings, fires = self.arm(name)
-            there = self.arena.drawn, self.arena.scenario
-            players = tuple(fixed_player(fire, "fire", *there) for fire in fires)
+            players = tuple(
+                fixed_player(fire, "fire", building, scenario) for fire in fires
+            )
             fixed: dict[Side, Any] = {"fire": players} if fires else {}
             for seed in self.seeds:
                 task = Task(self.building, self.arena.plan, settings, seed, fixed)
@@ -206,7 +228,8 @@ def _stated(rows: Any, where: str) -> dict[str, Any]:
     rows = mapping(rows, where)
     if "preset" in rows:
         raise SettingsError(f"{where}: preset stands at the top, the same for all arms")
-    if idle := rows.keys() & OF_IMITATION:
+    idle = rows.keys() & OF_IMITATION
+    if idle:
         raise SettingsError(f"{where}: nobody imitates here: leave out {min(idle)}")
     for side, row in product(SIDES, BUDGET):
         if isinstance(rows.get(side), Mapping) and row in rows[side]:

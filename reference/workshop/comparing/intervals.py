@@ -1,6 +1,6 @@
 """Bootstrap confidence intervals of means over runs.
 
-Clause: F12 [chosen].  Percentile bootstrap: a statistic of many samples, each drawn
+Percentile bootstrap [F12, chosen]: a statistic of many samples, each drawn
 with replacement from the runs.  To compare two strategies, give the differences of
 their runs of the same seeds, so that what the runs share cancels.
 
@@ -60,10 +60,11 @@ def of_trainings(values: np.ndarray, other: np.ndarray | None = None) -> Interva
     """
     rng = np.random.default_rng(1)
     whole, drawn = _iqms(values, rng)
-    if other is not None:
-        less = _iqms(other, rng)
-        whole, drawn = whole - less[0], drawn - less[1]
-    return _interval(whole, drawn)
+    if other is None:
+        return _interval(whole, drawn)
+
+    other_whole, other_drawn = _iqms(other, rng)
+    return _interval(whole - other_whole, drawn - other_drawn)
 
 
 def band(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -96,9 +97,12 @@ def _means(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     n = len(rows)
     if not n:
         raise InputError("an interval needs at least one value. Run something first.")
+
+    # How often each sample has each row
     drawn = np.random.default_rng(0).integers(n, size=(RESAMPLES, n))
     sample = np.arange(RESAMPLES)[:, None]
     counts = np.bincount((drawn + n * sample).ravel(), minlength=RESAMPLES * n)
+
     deviations = rows - rows[0]
     means = counts.reshape(RESAMPLES, n) @ deviations / n
     return rows[0] + deviations.mean(axis=0), rows[0] + means

@@ -1,6 +1,6 @@
 """The jobs of an experiment: all trainings, then all robots meet all fires.
 
-Clauses: E6, F12.  A job is a pure function of plain data, for any executor whose
+A job is a pure function of plain data, for any executor whose
 workers share the experiment's folder.  The name of what it makes has a digest of all
 that it follows from: what is made is not made again, and what changed is made anew.
 
@@ -21,12 +21,13 @@ from tqdm import tqdm
 
 import reference
 from reference.workshop.comparing.design import Experiment
-from reference.workshop.comparing.matches import Evaluation
+from reference.workshop.comparing.matches import Evaluation, with_digests
 from reference.workshop.comparing.runs import RunResult, evaluate
 from reference.workshop.storage.files import make_folder, write_json
 from reference.workshop.storage.runs import held
 from reference.workshop.storage.workers import InProcess, as_done, one_thread
 from reference.workshop.strategies import SHIPPED
+from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import Task, load, newest
 from reference.workshop.training.loop import train
 from reference.workshop.training.rounds import Training
@@ -65,15 +66,20 @@ def _digest(*plain: Any) -> str:
 def finish_trainings(
     experiment: Experiment, folder: Path, executor: Executor
 ) -> dict[str, str]:
-    """Finish all trainings; return which failed, and why."""
-    own, done = folders(experiment, folder), over(experiment, folder)
-    left, failed = [name for name in own if name not in done], dict[str, str]()
+    """Finish all trainings, on any number of workers; return which failed, and why.
+
+    [E6]
+    """
+    own = folders(experiment, folder)
+    done = over(experiment, folder)
+    left = [name for name in own if name not in done]
     jobs = [(experiment.trainings[name], str(own[name])) for name in left]
+    failed = dict[str, str]()
     with tqdm(total=len(own), initial=len(done), unit="training", disable=None) as bar:
         for k, why in as_done(executor, fit, jobs):
-            name, path = left[k], own[left[k]]
-            if not why and not (path / DONE).exists():
-                why = f"{path}: a worker has another. Name one that all share."
+            name = left[k]
+            if not why and not (own[name] / DONE).exists():
+                why = f"{own[name]}: a worker has another. Name one that all share."
             if why:
                 failed[name] = why
             bar.update()
@@ -86,7 +92,8 @@ def fit(job: tuple[Task, str]) -> str:
 
     What is there already is resumed, unless another process is at work in it.
     """
-    task, folder = job[0], Path(job[1])
+    task, path = job
+    folder = Path(path)
 
     def begin() -> Training:
         return Training.resumed(load(folder)) if newest(folder) else Training(task)
@@ -115,15 +122,20 @@ def play_tests(
 
     Results name a training as its folder, whose digest is of all that made it.
     """
-    test, done = experiment.test, over(experiment, folder).values()
+    test = experiment.test
+    arena = experiment.arena
+    done = over(experiment, folder).values()
     files = {path.name: str(newest(path)) for path in done}
-    robots, arena = (*files, *test.robots), experiment.arena
-    fires = (
-        *(fire for fire in test.fires if fire not in experiment.arms),
-        *(name for name in files if arm_of(name) in test.fires),
-    )
+
+    robots = (*files, *test.robots)
+    named_fires = [fire for fire in test.fires if fire not in experiment.arms]
+    learned_fires = [name for name in files if arm_of(name) in test.fires]
+    fires = (*named_fires, *learned_fires)
     if not robots or not fires:
         return []
-    evaluation = Evaluation(arena, robots, fires, test.seed, test.episodes, files=files)
-    there = folder / f"tests-{_digest(asdict(arena), evaluation.code)}"
+    evaluation = with_digests(
+        Evaluation(arena, robots, fires, test.seed, test.episodes, files=files)
+    )
+    code = {word: of for word, of in evaluation.digests.items() if is_code(word)}
+    there = folder / f"tests-{_digest(asdict(arena), code)}"
     return evaluate(evaluation, there, executor)

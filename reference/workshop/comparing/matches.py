@@ -1,14 +1,15 @@
 """What an evaluation plays: which robots meet which fires, where, from which seeds.
 
-Clauses: F4, F12.  All matches share one building and scenario, so that runs are paired
-by seed.  If there are checkpoints, they determine both.  A training's folder stands for
-the checkpoint that is its newest when the evaluation begins.
+All matches share one building and scenario, so that runs are paired
+by seed.  Checkpoints bring both, where nothing else is asked for, and must agree: the
+order of words changes no number.  A training's folder stands for the checkpoint that is
+its newest when the evaluation begins.
 """
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -17,21 +18,28 @@ from typing import Any
 import reference
 from reference import paper
 from reference.building import Building, building_of, plan_of
+from reference.floorplan import Drawing
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.comparing.named import encounter, strategy_named
-from reference.workshop.maps import load
+from reference.workshop.comparing.named import encounter, meaning_of, strategy_named
+from reference.workshop.maps import drawing_now, load
 from reference.workshop.storage.files import naming, read_json, write_json
-from reference.workshop.storage.records import mapping, record_from
-from reference.workshop.storage.runs import ContradictionError, refuse_version
-from reference.workshop.strategies.own import code_digest, is_code
+from reference.workshop.storage.records import checked, record_from
+from reference.workshop.storage.runs import (
+    ContradictionError,
+    digest_of,
+    refuse_changed,
+    refuse_version,
+)
+from reference.workshop.strategies.own import is_code
 
 EPISODES = 100
 """[F12, chosen] runs of a match: half the width of survival's interval is then about
 3 percentage points."""
 
 ABOUT = "evaluation.json"
+MAP = "--building"  # in digests, as no player can be called
 MOST_RUNS = 1_000_000
 
 Run = tuple[str, str, int]
@@ -56,6 +64,38 @@ class Arena:
         """How many people start."""
         return sum(self.scenario.start_counts(self.drawn.floors))
 
+    @property
+    def changes(self) -> dict[str, Any]:
+        """The scenario's fields that differ from the default, by name."""
+        default = Scenario()
+        names = differing(self.scenario, default)
+        return {name: getattr(self.scenario, name) for name in names}
+
+    def about(self) -> str:
+        """Say where and under what: all of the scenario that is not the default."""
+        names = [name for name in self.changes if name != "people"]  # told anyway
+        under = f", {in_words(self.scenario, names)}" if names else ""
+        return f"{self.drawn.title}, {self.people} people{under}"
+
+
+def differing(one: Scenario, other: Scenario) -> list[str]:
+    """Name the fields in which two scenarios differ, but for the rule of training."""
+    names = [field.name for field in fields(Scenario) if field.name != "training"]
+    return [name for name in names if getattr(one, name) != getattr(other, name)]
+
+
+def in_words(scenario: Scenario, names: Iterable[str]) -> str:
+    """Write fields of a scenario as sight_range=2, rooms=1/hall,1/store."""
+    words = []
+    for name in names:
+        value = getattr(scenario, name)
+        if isinstance(value, tuple):
+            shown = ",".join(map(str, value))
+        else:
+            shown = f"{value:g}" if isinstance(value, float) else str(value)
+        words.append(f"{name}={shown}")
+    return ", ".join(words)
+
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -66,6 +106,7 @@ class Evaluation:
     sample  draw learned policies' actions instead of taking the likeliest
     errors  metres that robots observe wrongly by, in the worst case [F4]
     files   the checkpoint that a word means, if it names a folder
+    digests  of all files that words and the map's name meant at the beginning
     """
 
     arena: Arena
@@ -76,6 +117,7 @@ class Evaluation:
     sample: bool = False
     files: Mapping[str, str] = field(default_factory=dict)
     errors: int = 0
+    digests: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         runs = len(self.robots) * len(self.fires) * self.episodes
@@ -90,12 +132,6 @@ class Evaluation:
         return range(self.seed, self.seed + self.episodes)
 
     @property
-    def code(self) -> dict[str, str]:
-        """Digest of the file of each strategy that is somebody's own code."""
-        own = filter(is_code, (*self.robots, *self.fires))
-        return {word: code_digest(word) for word in own}
-
-    @property
     def runs(self) -> list[Run]:
         """Everything there is to play, in order."""
         return list(product(self.robots, self.fires, self.seeds))
@@ -103,12 +139,16 @@ class Evaluation:
     def simulations(self, runs: Iterable[Run]) -> list[Simulation]:
         """Set up runs, before their first tick; copies of the same players play.
 
-        Raises as `strategy_named` does.
+        Raises as `strategy_named` does, and InputError for a network whose file is
+        another one than at the beginning.
         """
 
         @cache
         def player(word: str, side: Side) -> Any:
-            return strategy_named(self.files.get(word, word), side, self.sample)
+            file = self.files.get(word, word)
+            if not is_code(word):  # which a process loads once
+                refuse_changed(self.digests, {word: meaning_of(file)})
+            return strategy_named(file, side, self.sample)
 
         return [
             encounter(
@@ -123,10 +163,10 @@ class Evaluation:
         ]
 
     def about(self) -> str:
-        """Describe the evaluation in a line."""
+        """Describe the evaluation in a line: where, under what, who, how often."""
         off = f", errors of observation up to {self.errors} m" if self.errors else ""
         return (
-            f"{self.arena.drawn.title}, {self.arena.people} people: "
+            f"{self.arena.about()}: "
             f"{len(self.robots)} robots x {len(self.fires)} fires x {self.episodes} "
             f"seeds from {self.seed} on, {len(self.runs):,} runs{off}"
         )
@@ -141,32 +181,119 @@ def begin(
     episodes: int = EPISODES,
     sample: bool = False,
     errors: int = 0,
+    scenario: Mapping[str, Any] | None = None,
 ) -> Evaluation:
     """Make a new evaluation of some robots and fires, by the words of `strategy_named`.
 
-    building, people: by default the first checkpoint's, else the paper's.
-    Raises InputError for an unknown word, for strategies that do not fit the arena,
-    for more people than fit and for the map; OSError for a file that cannot be read.
+    building, people: by default those of the checkpoints, else the paper's
+    scenario: fields that are stated, by name; others are those of the checkpoints
+    Raises InputError for an unknown word, for strategies that do not fit the arena or
+    each other, for more people than fit and for the map; OSError for a file that cannot
+    be read.
     """
     files = _newest((*robots, *fires))
     learned = _learned(robots, fires, files)
     if sample and not any(hasattr(policy, "sample") for policy in learned.values()):
         raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
     policy = next(iter(learned.values()), None)
-    scenario = replace(policy.scenario, training=False) if policy else Scenario()
+    stated = dict(scenario or {})
     if people is not None:
-        scenario = replace(scenario, people=people, people_per_floor=None)
-    if not scenario.robots_per_floor and {*robots} != {"none"}:
-        scenario = replace(scenario, robots_per_floor=paper.ROBOTS_PER_FLOOR)
+        stated |= {"people": people, "people_per_floor": None}
+    common = replace(_scenario_of(learned, stated), **stated)
+    if not common.robots_per_floor and {*robots} != {"none"}:
+        common = replace(common, robots_per_floor=paper.ROBOTS_PER_FLOOR)
     if policy and building is None:
-        arena = Arena(policy.name, plan_of(policy.building), scenario)
+        arena = Arena(policy.name, plan_of(policy.building), common)
     else:
         name = "paper" if building is None else building
-        arena = Arena(name, plan_of(load(name)), scenario)
+        arena = Arena(name, plan_of(load(name)), common)
     _refuse_misfits(learned, arena)
-    return Evaluation(
+    begun = Evaluation(
         arena, _once(robots), _once(fires), seed, episodes, sample, files, errors
     )
+    return with_digests(begun)
+
+
+def _scenario_of(learned: Mapping[str, Any], stated: Collection[str]) -> Scenario:
+    """Take the scenario in which all policies learned, or the default without any.
+
+    stated: fields in which they may differ. Raises InputError where others differ: no
+    order of words may say which of two scenarios a table is of.
+    """
+    common = Scenario()
+    first = ""
+    for option, policy in learned.items():
+        own = replace(policy.scenario, training=False)
+        if not first:
+            first, common = option, own
+        names = [name for name in differing(own, common) if name not in stated]
+        if names:
+            raise InputError(
+                f"{option}: learned under {in_words(own, names)}, {first} under "
+                f"{in_words(common, names)}, and a table is of one scenario. Evaluate "
+                "them apart."
+            )
+    return common
+
+
+def notes(evaluation: Evaluation) -> list[str]:
+    """Say what a reader of the runs would not expect, a line each.
+
+    That the drawing is not the one in the file of its name, and that a policy learned
+    under another scenario than the runs'. Raises as `strategy_named` does.
+    """
+    arena = evaluation.arena
+    lines = []
+    kept = {arena.building: _digest_of_drawing(arena.drawn.drawing)}
+    now = _meaning_of_map(arena.building)
+    if now and now != kept:
+        lines.append(f"{arena.building} has changed since; this plays the kept drawing")
+    learned = _learned(evaluation.robots, evaluation.fires, evaluation.files)
+    for option, policy in learned.items():
+        names = differing(policy.scenario, arena.scenario)
+        if names:
+            here = in_words(arena.scenario, names)
+            own = in_words(policy.scenario, names)
+            lines.append(f"{option}: learned under {own}; here it plays under {here}")
+    return lines
+
+
+def with_digests(evaluation: Evaluation) -> Evaluation:
+    """Add digests of all that its words and the name of its map mean now."""
+    words = _once((*evaluation.robots, *evaluation.fires))
+    files = evaluation.files
+    digests = {word: meaning_of(files.get(word, word)) for word in words}
+    digests[MAP] = _meaning_of_map(evaluation.arena.building)
+    known = {word: found for word, found in digests.items() if found}
+    return replace(evaluation, digests=known)
+
+
+def _meaning_of_map(name: str) -> dict[str, str]:
+    """Digest the drawing that a map's name loads; nothing where there is none."""
+    if "\n" in name:  # it is the map itself
+        return {}
+    try:
+        drawing = drawing_now(name)
+    except InputError:  # it cannot be built now
+        return {name: ""}
+    if drawing is None:
+        return {}
+    return {name: _digest_of_drawing(drawing)}
+
+
+def _digest_of_drawing(drawing: Drawing) -> str:
+    return digest_of(repr(drawing).encode())
+
+
+def refuse_mixing(evaluation: Evaluation, folder: Path) -> None:
+    """Raise InputError if a folder's runs are of other files under the same names."""
+    path = folder / ABOUT
+    if not path.exists():
+        return
+    digests = read_json(path).get("digests", {})
+    with naming(path):
+        begun = checked("digests", digests, Mapping[str, Mapping[str, str]])
+        refuse_changed(begun, evaluation.digests)
 
 
 def resume(
@@ -184,17 +311,15 @@ def resume(
         )
     content = read_json(path)
     refuse_version(path, content.pop("version", "unknown"), content.pop("game", 1))
-    for word, digest in mapping(content.pop("code", {}), f"{path}: code").items():
-        if code_digest(word) != digest:
-            raise ContradictionError(
-                f"{word}: its code has changed since. Take another folder for it."
-            )
     begun = record_from(Evaluation, content, str(path))
+    with naming(path):
+        refuse_changed(begun.digests, with_digests(begun).digests)
     files = _newest((*robots, *fires)) | dict(begun.files)
-    robots, fires = _once((*begun.robots, *robots)), _once((*begun.fires, *fires))
+    robots = _once((*begun.robots, *robots))
+    fires = _once((*begun.fires, *fires))
     with naming(path):
         _refuse_misfits(_learned(robots, fires, files), begun.arena)
-    return replace(begun, robots=robots, fires=fires, files=files)
+    return with_digests(replace(begun, robots=robots, fires=fires, files=files))
 
 
 def _once(words: Iterable[str]) -> tuple[str, ...]:
@@ -235,7 +360,7 @@ def _refuse_misfits(learned: Mapping[str, Any], arena: Arena) -> None:
 def write(evaluation: Evaluation, folder: Path) -> None:
     """Write the evaluation into its folder, whole or not at all. Raises OSError.
 
-    Beside it stand version and game, and digests of the code that plays.
+    Beside it stand version and game.
     """
     head = {"version": reference.__version__, "game": reference.GAME}
-    write_json(folder / ABOUT, head | {"code": evaluation.code} | asdict(evaluation))
+    write_json(folder / ABOUT, head | asdict(evaluation))

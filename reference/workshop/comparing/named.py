@@ -1,10 +1,11 @@
 """Who can play: strategies by the words of the command line.
 
-Clauses: C7, D2, F4.  torch is loaded only when a checkpoint is named.
+torch is loaded only when a checkpoint is named.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from os.path import exists  # False for what no path can be, too
+from pathlib import Path
 from typing import Any
 
 from reference.building import Building
@@ -12,9 +13,16 @@ from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
+from reference.workshop.storage.files import refuse_no_file
 from reference.workshop.storage.records import did_you_mean, first_line
-from reference.workshop.strategies import LEARNED, SCRIPTS
-from reference.workshop.strategies.own import CODE, from_code, is_code
+from reference.workshop.storage.runs import digest_of
+from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
+from reference.workshop.strategies.own import (
+    CODE,
+    code_digests,
+    from_code,
+    is_code,
+)
 from reference.workshop.strategies.worst_case import Disturbed, WorstCase
 
 WORST = "worst-case"
@@ -45,7 +53,7 @@ def said_of(word: str, side: Side) -> str:
 
 
 def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
-    """Make the strategy that one of NAMES names.
+    """Make the strategy that one of NAMES names [C7] [D2].
 
     FILE is the policy that was learned for this side; sample: draw its actions instead
     of taking the likeliest.
@@ -62,6 +70,22 @@ def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
     from reference.workshop.training.policies import POLICIES
 
     return POLICIES[side](word, sample)
+
+
+def meaning_of(word: str) -> dict[str, str]:
+    """Digest the files that a word of NAMES means, by their names; none for a script.
+
+    A network's bytes; of code, the module and all that it imports from its folder.
+    Raises InputError for code that is not there, OSError for a file it cannot read.
+    """
+    if any(word in players for players in PLAYERS.values()):
+        return {}
+    if word == LEARNED:
+        return {SHIPPED.name: digest_of(SHIPPED.read_bytes())}
+    if is_code(word):
+        return code_digests(word)
+    refuse_no_file(Path(word))
+    return {word: digest_of(Path(word).read_bytes())}
 
 
 def fitting(given: Any, side: Side, building: Building, scenario: Scenario) -> Any:

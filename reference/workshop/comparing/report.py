@@ -1,7 +1,7 @@
 """The page of an experiment: a table, a picture, and what the intervals say.
 
-Clauses: F12.  The unit is the training: intervals are of interquartile means over an
-arm's trainings, see `of_trainings`.  Robots written by hand count as one training.
+The unit is the training: intervals are of interquartile means over an arm's
+trainings, see `of_trainings` [F12, chosen].  Robots written by hand count as one.
 
     T  trainings of an arm;  N  evacuations, each from a seed of its own
 """
@@ -61,9 +61,11 @@ class Results:
 
     def cells(self) -> list[Cell]:
         """List the matrix, row by row."""
-        cells, rows = [], dict.fromkeys(row for row, _ in self.runs)
+        cells = []
+        rows = dict.fromkeys(row for row, _ in self.runs)
         for row, column in product(rows, self.columns):
-            if runs := self.runs.get((row, column)):
+            runs = self.runs.get((row, column))
+            if runs:
                 figures: dict[str, Any] = {
                     name: of_trainings(self.values(row, column, name)) for name in SHOWN
                 }
@@ -72,7 +74,8 @@ class Results:
 
     def answer(self) -> str:
         """Say what intervals say about each pair; caution about few trainings."""
-        trainings, lines = len(self.experiment.seeds), list(self._differences())
+        trainings = len(self.experiment.seeds)
+        lines = list(self._differences())
         told = "Survivors, percentage points, on the same seeds:" if lines else ""
         if trainings < ENOUGH:
             lines.append(
@@ -88,21 +91,25 @@ class Results:
             if {(one, column), (other, column)} <= self.runs.keys():
                 both = (self.values(row, column, "survival") for row in (one, other))
                 mean, low, high = (100 * value for value in of_trainings(*both))
-                saves = f"`{one if low > 0 else other}` saves more"
-                said = "they cannot be told apart" if low <= 0 <= high else saves
                 points = f"{mean:.1f} [{low:.1f}, {high:.1f}]"
+                if low > 0:
+                    said = f"`{one}` saves more"
+                elif high < 0:
+                    said = f"`{other}` saves more"
+                else:
+                    said = "they cannot be told apart"
                 yield f"`{one}` less `{other}` under {column}: {points}: {said}."
 
 
 def page(results: Results, matrix: str, curves: str) -> str:
     """Write the page in Markdown; matrix, curves: the paths of its pictures."""
     experiment = results.experiment
+    arena = experiment.arena
     rows = [f"{name} = {json.dumps(v)}" for name, v in asdict(experiment).items()]
     design = indent("\n".join(rows), "    ")
-    title, people = experiment.arena.drawn.title, experiment.arena.people
     return (
         f"# {experiment.question}\n\n{results.answer()}\n\n"
-        f"## What was done\n\n{title}, people: {people}, version "
+        f"## What was done\n\n{arena.about()}, version "
         f"{reference.__version__}; the file's rows, and the defaults of the others:\n\n"
         f"{design}\n\n"
         f"## Who beats whom\n\n![Survivors of all arms under all fires]({matrix})\n\n"

@@ -1,20 +1,29 @@
 """Summarise the runs of each match, as a table, as CSV and as JSON.
 
-Clauses: F9, F12.  Every figure is a mean over runs with its bootstrap interval.  The
+Every figure is a mean over runs with its bootstrap interval.  The
 score E is that of the mean reward and the mean difficulty, never a mean of scores: E is
 convex, so that a mean of scores would reward unreliable robots.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from reference.evaluation.score import Case, Point, Ruler, RulerError, calibrated
+from reference import paper
+from reference.evaluation.score import (
+    Case,
+    Point,
+    Ruler,
+    RulerError,
+    base_and_control,
+    calibrated,
+)
 from reference.workshop.comparing.intervals import Interval, of_mean, of_means
-from reference.workshop.comparing.matches import Evaluation
+from reference.workshop.comparing.matches import Arena, Evaluation, notes
 from reference.workshop.comparing.runs import DIGITS, RunResult
+from reference.workshop.strategies import GUIDES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,6 +34,7 @@ class Cell:
                      without a baseline, or where it has none of these runs
     score            E by one ruler for all [F9, Eq. 8]; None without a ruler, and where
                      the mean reward or an end of its interval lies off it
+    score_on_baseline  E by the ruler on which a baseline scores 1, else as score
     evacuation_time  and mean_health: over the runs in which somebody got out, None if
                      there are none
     """
@@ -37,6 +47,7 @@ class Cell:
     reward: Interval
     difficulty: Interval
     score: Interval | None = None
+    score_on_baseline: Interval | None = None
     evacuation_time: Interval | None = None
     mean_health: Interval | None = None
 
@@ -47,23 +58,50 @@ CLEARLY = 2.0  # [F12, chosen] standard errors between easy and hard thirds: 95 
 MEASURED = ("survival", "reward", "difficulty", "evacuation_time", "mean_health")
 
 
+@dataclass(frozen=True)
+class Baseline:
+    """Robots that score 1 on average over the fires, and the ruler of that.
+
+    robots  by the word asked for;  why  they are the baseline;  how  k was found
+    """
+
+    robots: str
+    ruler: Ruler
+    why: str
+    how: str
+
+    def about(self) -> str:
+        """Say in a line which E is 1."""
+        return (
+            f"E, {self.robots} = 1: {self.robots}, {self.why}, scores 1 on average "
+            f"over these fires: k = {self.ruler.k:.3g}, {self.how}, beta = "
+            f"{self.ruler.beta:,.4g}"
+        )
+
+
 def cells(
-    results: Iterable[RunResult], ruler: Ruler | None, baseline: str | None = None
+    results: Iterable[RunResult],
+    ruler: Ruler | None,
+    baseline: str | None = None,
+    on_baseline: Ruler | None = None,
 ) -> list[Cell]:
     """Average every match that has runs, in the order in which they appear.
 
     baseline: the robots that others are compared with, seed by seed.
+    on_baseline: the ruler of a second E, on which a baseline scores 1
     """
     matches: dict[tuple[str, str], dict[int, RunResult]] = {}
     for run in results:
         matches.setdefault((run.robots, run.fire), {})[run.seed] = run
     averaged = []
     for (robots, fire), by_seed in matches.items():
-        runs, others = [*by_seed.values()], matches.get((baseline or "", fire), {})
+        runs = list(by_seed.values())
+        others = matches.get((baseline or "", fire), {})
         shared = [(by_seed[k], others[k]) for k in sorted(by_seed) if k in others]
         figures: dict[str, Any] = {
             "gain": _interval(run.survival - other.survival for run, other in shared),
             "score": _score(runs, ruler) if ruler else None,
+            "score_on_baseline": _score(runs, on_baseline) if on_baseline else None,
         }
         for name in MEASURED:
             figures[name] = _interval(getattr(run, name) for run in runs)
@@ -83,6 +121,52 @@ def _score(runs: Sequence[RunResult], ruler: Ruler) -> Interval | None:
 def _interval(values: Iterable[float | None]) -> Interval | None:
     known = [value for value in values if value is not None]
     return of_mean(known) if known else None
+
+
+def baseline_of(
+    results: Sequence[RunResult], asked: str | None, worst: Point, best: Point
+) -> Baseline | None:
+    """Make the baseline of all fires: who is asked for, else the best scripted guide.
+
+    The best has the highest mean over the fires of E, by the paper's k [F12, chosen].
+    None where nobody is asked for and no scripted guide has played.
+
+    worst, best: the critical points, reward and y each
+    """
+    there = dict.fromkeys(run.robots for run in results)
+    guides = [robots for robots in there if robots in GUIDES]
+    if not asked and not guides:
+        return None
+
+    unit = _unit_ruler(worst, best)
+    robots = asked or max(guides, key=lambda name: _mean_score(results, name, unit))
+    why = "as asked" if asked else "the best scripted guide here"
+    try:
+        ruler = ruler_of(results, robots, worst, best)
+    except RulerError as error:
+        beta = _mean_score(results, robots, unit)
+        how = f"the paper's, since there is none by its runs ({error})"
+        return Baseline(robots, replace(unit, beta=beta), why, how)
+    return Baseline(robots, ruler, why, "by its runs")
+
+
+def _unit_ruler(worst: Point, best: Point) -> Ruler:
+    """Make the ruler of these critical points with the paper's k, and beta 1."""
+    base, control = base_and_control(worst, best)
+    return Ruler(paper.ALPHA, base, control, k=paper.K, beta=1.0)
+
+
+def _mean_score(results: Iterable[RunResult], robots: str, ruler: Ruler) -> float:
+    """Average E over the fires that robots met, each fire's by its mean runs."""
+    by_fire = dict[str, list[tuple[float, float]]]()
+    for run in results:
+        if run.robots == robots:
+            by_fire.setdefault(run.fire, []).append((run.reward, run.difficulty))
+    scores = []
+    for cases in by_fire.values():
+        reward, h = np.mean(cases, axis=0)
+        scores.append(ruler.score(float(reward), float(h)))
+    return float(np.mean(scores))
 
 
 def ruler_of(
@@ -107,8 +191,13 @@ def ruler_of(
     def mean(part: np.ndarray) -> Case:
         return float(R[part].mean()), float(h[part].mean())
 
-    ranked, third = np.sort(h), len(h) // 3
-    easy, hard = h <= ranked[third - 1], h >= ranked[-third]  # with ties
+    # The easiest and the hardest third, with ties
+    ranked = np.sort(h)
+    third = len(h) // 3
+    easy = h <= ranked[third - 1]
+    hard = h >= ranked[-third]
+
+    # Standard error of the difference of their means
     error = np.sqrt(sum(R[part].var(ddof=1) / part.sum() for part in (easy, hard)))
     if not R[easy].mean() - R[hard].mean() > CLEARLY * error:
         raise RulerError(
@@ -128,24 +217,38 @@ HEADINGS = {
     "reward": "reward R",
     "difficulty": "difficulty h",
     "score": "score E",
+    "score_on_baseline": "E on baseline",
     "evacuation_time": "last out, s",
     "mean_health": "health",
 }
+OF_BASELINE = ("gain", "score_on_baseline")
 MEANS = ("evacuation_time", "mean_health")  # shown without their intervals
+DIGITS_SHOWN = {"survival": 1, "gain": 1, "score": 2, "score_on_baseline": 2}
 NOTE = "-: nobody got out, or the reward lies off the ruler of E"
 
 
-def table(cells: Sequence[Cell], names: Sequence[str] = tuple(HEADINGS)) -> str:
+def table(
+    cells: Sequence[Cell],
+    names: Sequence[str] = tuple(HEADINGS),
+    baseline: str | None = None,
+) -> str:
     """Write a line for each match: means with their 95 % intervals, or means alone.
 
-    Without a baseline there is no column of gains.
+    Columns of gains and of E on the baseline are there only if they have anything.
+
+    baseline: the robots whose E is 1, for the heading
     """
-    names = [n for n in names if n != "gain" or any(cell.gain for cell in cells)]
+    headings = dict(HEADINGS)
+    if baseline:
+        headings["score_on_baseline"] = f"E, {baseline} = 1"
+    for name in OF_BASELINE:
+        if not any(getattr(cell, name) for cell in cells):
+            names = [shown for shown in names if shown != name]
     columns = [
         ["robots", *(cell.robots for cell in cells)],
         ["fire", *(cell.fire for cell in cells)],
         ["runs", *(f"{cell.n:,}" for cell in cells)],
-        *([HEADINGS[name], *_figures(cells, name)] for name in names),
+        *([headings[name], *_figures(cells, name)] for name in names),
     ]
     lines = aligned(list(zip(*columns, strict=True)), "<<>" + ">" * len(names))
     missing = any(getattr(cell, name) is None for cell in cells for name in names)
@@ -178,7 +281,7 @@ def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
     if interval is None:
         return "-", ""
     times = 100 if name in ("survival", "gain") else 1
-    digits = {"survival": 1, "gain": 1, "score": 2}.get(name, 0)
+    digits = DIGITS_SHOWN.get(name, 0)
     mean, low, high = (f"{times * value:,.{digits}f}" for value in interval)
     return mean, f"[{low}, {high}]" if cell.n > 1 else ""
 
@@ -187,19 +290,31 @@ def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
 
 
 def as_json(
-    evaluation: Evaluation, ruler: Ruler | None, cells: Iterable[Cell]
+    evaluation: Evaluation,
+    ruler: Ruler | None,
+    cells: Iterable[Cell],
+    baseline: Baseline | None = None,
 ) -> dict[str, Any]:
-    """Describe what was evaluated, whose code played, the ruler, the cells' figures."""
+    """Describe what was evaluated, which files played, the rulers, cells' figures."""
     return {
         "building": evaluation.arena.building,
         "people": evaluation.arena.people,
+        "scenario": scenario_as_json(evaluation.arena),
+        "notes": notes(evaluation),
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
         "files": dict(evaluation.files),
-        "code": evaluation.code,
+        "digests": {word: dict(of) for word, of in evaluation.digests.items()},
         "ruler": asdict(ruler) if ruler else None,
+        "baseline": asdict(baseline) if baseline else None,
         "cells": [as_plain(cell) for cell in cells],
     }
+
+
+def scenario_as_json(arena: Arena) -> dict[str, Any]:
+    """The scenario's fields that differ from the default, by name."""
+    changes = arena.changes.items()
+    return {name: list(v) if isinstance(v, tuple) else v for name, v in changes}
 
 
 def as_plain(cell: Cell) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Play the runs of an evaluation on any executor, and keep each as a row of a table.
 
-Clause: F12.  Runs of one seed are paired: they have the same people in the same places,
+Runs of one seed are paired: they have the same people in the same places,
 and the same randomness of the fire, whoever guides.  A row is written at once when its
 run is over, so that an interruption loses no more than the runs that were being played.
 """
@@ -13,10 +13,16 @@ from typing import Any
 
 from tqdm import tqdm
 
-from reference.evaluation.difficulty import arrival_of, difficulty, people_in
+from reference import paper
+from reference.evaluation.difficulty import (
+    arrival_of,
+    difficulty,
+    hardest,
+    people_in,
+)
 from reference.simulation import Simulation
 from reference.workshop.comparing import matches
-from reference.workshop.comparing.matches import Evaluation, Run
+from reference.workshop.comparing.matches import Arena, Evaluation, Run
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.storage.files import Table, make_folder, number, read_table
 from reference.workshop.storage.workers import as_done, chunks
@@ -26,6 +32,7 @@ RUNS = "runs.csv"
 IN_LOCKSTEP = 16  # runs of a job, at most: fewer where workers would wait
 JOBS = 4  # of a worker, at least: progress is seen, and all end at about the same time
 DIGITS = 6  # of a number that is written, after the point
+NO_FIRE = "none"
 
 
 @dataclass(frozen=True)
@@ -68,14 +75,19 @@ def evaluate(
 
     Runs already in the folder are not played again; without a folder nothing is
     written. Raises OSError where something cannot be written, ValueError for a damaged
-    table of runs.
+    table of runs and for runs of files that have changed since.
     """
-    done, table = {}, None
+    # What is done already
+    done = dict[Run, RunResult]()
+    table = None
     if folder:
         make_folder(folder)
+        matches.refuse_mixing(evaluation, folder)
         done = {result.run: result for result in read(folder / RUNS, evaluation)}
         matches.write(evaluation, folder)  # first: without it nobody could go on
         table = table_of(folder / RUNS, done.values())
+
+    # The rest, in jobs
     runs = evaluation.runs
     left = [run for run in runs if run not in done]
     share = len(left) // (JOBS * getattr(executor, "workers", 1))
@@ -89,6 +101,7 @@ def evaluate(
             if table:
                 table.append(map(row_of, results))
             bar.update(len(results))
+
     ordered = [done[run] for run in runs]
     if folder:
         table_of(folder / RUNS, ordered)
@@ -148,19 +161,99 @@ def table_of(path: Path, results: Iterable[RunResult]) -> Table:
 def read(path: Path, evaluation: Evaluation) -> list[RunResult]:
     """Read the whole rows of a table of runs; none if there is no file.
 
-    Raises ValueError for another file, for a row that does not add up and one with
-    other people than the evaluation's; OSError for a file it cannot read.
+    Raises ValueError for another file, for a row that contradicts itself, the
+    evaluation or another row of the same run; OSError for a file it cannot read.
     """
+    known = dict[Run, RunResult]()
 
     def result(row: dict[str, str]) -> RunResult:
-        """Refuse a row that does not add up."""
+        """Read a row. Raises ValueError for one that cannot be."""
         made = RunResult(**{name: COLUMNS[name](cell) for name, cell in row.items()})
-        total = made.evacuated + made.died + made.inside
-        if not total == made.people == evaluation.arena.people:
-            raise ValueError("its people do not add up, or are others")
+        wrong = contradiction(made, evaluation.arena)
+        if wrong:
+            raise ValueError(wrong)
+        if known.setdefault(made.run, made) != made:
+            raise ValueError("another row of this run says something else")
         return made
 
     return read_table(path, [*COLUMNS], result)
+
+
+ROUNDED = 10.0**-DIGITS  # how far a written number may be off
+
+
+def contradiction(result: RunResult, arena: Arena) -> str:
+    """Say what cannot be in a result, or nothing.
+
+    What follows from other columns is computed again; what does not lies in its range.
+    """
+    return (
+        _contradiction_of_people(result, arena)
+        or _contradiction_of_times(result, arena)
+        or _contradiction_of_health(result)
+        or _contradiction_of_reward(result, arena)
+    )
+
+
+def _contradiction_of_people(result: RunResult, arena: Arena) -> str:
+    """Check who got out, died or stayed, survival and h."""
+    counts = (result.evacuated, result.died, result.inside)
+    if min(counts) < 0 or not sum(counts) == result.people == arena.people:
+        return "its people do not add up, or are others"
+    survival = result.evacuated / max(1, result.people)
+    if result.survival != survival:
+        return f"survival is {result.survival:g}, evacuated / people {survival:g}"
+    calm = result.fire == NO_FIRE or not arena.scenario.sources
+    most = 0.0 if calm else hardest()
+    if not 0 <= result.difficulty <= most + ROUNDED:
+        return f"difficulty is {result.difficulty:g}, outside 0 to {most:.0f}"
+    return ""
+
+
+def _contradiction_of_times(result: RunResult, arena: Arena) -> str:
+    """Check when everybody got out, and when the run ended."""
+    tick = arena.scenario.tick
+    latest = arena.scenario.time_limit + tick
+    times = result.times
+    end = result.simulated_seconds
+    if not 0 <= end <= latest:
+        return f"simulated_seconds is {end:g}, outside 0 to {latest:g}"
+    if result.inside and end < arena.scenario.time_limit - tick:
+        return "people are inside, though it ended before the time limit"
+    if len(times) != result.evacuated:
+        return f"{len(times)} times, but {result.evacuated} people got out"
+    if list(times) != sorted(times) or any(not 0 <= time <= end for time in times):
+        return f"times do not ascend from 0 to simulated_seconds, {end:g}"
+    last = times[-1] if times else None
+    if result.evacuation_time != last:
+        return f"evacuation_time is {result.evacuation_time}, the last of times {last}"
+    return ""
+
+
+def _contradiction_of_health(result: RunResult) -> str:
+    """Check the mean health of those who got out: time alone has taken some [B7]."""
+    times = result.times
+    health = result.mean_health
+    if (health is None) != (not times):
+        return "mean_health does not go with times"
+    if health is None:
+        return ""
+    most = paper.HEALTH - paper.loss_per_second() * sum(times) / len(times)
+    if not 0 < health <= most + ROUNDED:
+        return f"mean_health is {health:g}, outside 0 to {most:.2f}, by its times"
+    return ""
+
+
+def _contradiction_of_reward(result: RunResult, arena: Arena) -> str:
+    """Check R: who got out has had their health once and at most full on each floor."""
+    health = result.mean_health or 0.0
+    fixed = paper.FIXED_REWARD * result.evacuated - paper.FIXED_PENALTY * result.died
+    least = fixed + health * result.evacuated
+    most = fixed + paper.HEALTH * result.people * arena.drawn.floors
+    room = ROUNDED * (1 + result.people)
+    if not least - room <= result.reward <= most + room:
+        return f"reward is {result.reward:g}, outside {least:.1f} to {most:.1f}"
+    return ""
 
 
 def row_of(result: RunResult) -> dict[str, object]:

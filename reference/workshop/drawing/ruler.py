@@ -69,7 +69,9 @@ def curve(ruler: Ruler | None = None, best_reward: float = BEST_REWARD) -> Figur
     return figure
 
 
-def contours(ruler: Ruler, cells: Sequence[Cell]) -> Figure:
+def contours(
+    ruler: Ruler, cells: Sequence[Cell], baseline: str = "the baseline"
+) -> Figure:
     """Draw E over R and h, the line E = 1, and each match as a point [F9] [F10].
 
     Colours tell robots, again with a dark edge from the eleventh on, and shapes fires.
@@ -109,7 +111,7 @@ def contours(ruler: Ruler, cells: Sequence[Cell]) -> Figure:
 
     axes.set_title("Bold line: E = 1.  Points: means with 95 % intervals, and their E")
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
-    figure.colorbar(shades, pad=0.02, label="score E; 1: as good as the baseline")
+    figure.colorbar(shades, pad=0.02, label=f"score E; 1: as good as {baseline}")
     handles, _ = axes.get_legend_handles_labels()
     legend(figure, handles, ncols=4, fontsize=8)
     return figure

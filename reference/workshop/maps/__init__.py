@@ -33,6 +33,17 @@ def load(name: str | PathLike[str]) -> Building:
     return built(read(find(name)))
 
 
+def drawing_now(name: str | PathLike[str]) -> Drawing | None:
+    """Read the drawing that a map's name loads now; None where no file can be read.
+
+    Raises MistakesError.
+    """
+    try:
+        return load(name).drawing
+    except OSError:
+        return None
+
+
 def read(path: str | PathLike[str]) -> Drawing:
     """Read the drawing in a file. Raises MistakesError, OSError if there is none.
 

@@ -116,7 +116,8 @@ def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON object as plain data. Raises ValueError for others, OSError."""
     text = read_text(path)
     with suppress(ValueError, RecursionError):
-        if isinstance(content := json.loads(text), dict):
+        content = json.loads(text)
+        if isinstance(content, dict):
             json.dumps(content, ensure_ascii=False).encode()  # can be written, too
             return content
     raise InputError(f"{path}: is no JSON object, or is damaged. Name another file.")
@@ -135,7 +136,8 @@ class Table:
         self, path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any]]
     ):
         """Write the file anew, whole, with these rows. Raises OSError."""
-        self.path, self.columns = path, columns
+        self.path = path
+        self.columns = columns
         write_whole(path, self._text([dict(zip(columns, columns, strict=True)), *rows]))
 
     def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
@@ -176,6 +178,7 @@ def read_table(
 
 def number(cell: str) -> float:
     """Read a cell's number. Raises ValueError if it is not finite or absurdly large."""
-    if not abs(value := float(cell)) <= LARGEST:
+    value = float(cell)
+    if not abs(value) <= LARGEST:
         raise InputError(f"{cell:.40} is no number of a run")
     return value

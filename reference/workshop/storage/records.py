@@ -1,6 +1,6 @@
 """Build records from plain data (JSON, YAML, checkpoints), checked by their types.
 
-Clauses: E1, E2 (a training's settings are such records).  `files` reads the data.
+A training's settings are such records [E1] [E2].  `files` reads the data.
 A record's fields are its rows; a `Row` says which values one may have.
 """
 
@@ -29,7 +29,8 @@ def record_from(kind: type[Record], plain: Any, where: str) -> Record:
     where  the data stand, for messages. Raises SettingsError for unknown, missing or
     invalid rows.
     """
-    rows, known = mapping(plain, where), get_type_hints(kind)
+    rows = mapping(plain, where)
+    known = get_type_hints(kind)
     try:
         for name, value in rows.items():
             if name not in known:
@@ -45,7 +46,8 @@ def record_from(kind: type[Record], plain: Any, where: str) -> Record:
 
 def checked(name: str, value: Any, hint: Any) -> Any:
     """Convert a row's value to its type hint. Raises SettingsError if it misfits."""
-    kind, parts = get_origin(hint) or hint, get_args(hint)
+    kind = get_origin(hint) or hint
+    parts = get_args(hint)
     if kind is Any:
         return value
     if NoneType in parts:
@@ -79,7 +81,8 @@ WORDS = {int: "a whole number", float: "a number", bool: "true or false", str: "
 
 def rows_of(record: type) -> dict[str, Row]:
     """The rows of a dataclass by name; a field without a `Row` has the defaults."""
-    kinds, rows = get_type_hints(record), {}
+    kinds = get_type_hints(record)
+    rows = {}
     for name, hint in get_type_hints(record, include_extras=True).items():
         (row,) = getattr(hint, "__metadata__", (Row(),))
         rows[name] = row._replace(kind=kinds[name])

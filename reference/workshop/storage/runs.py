@@ -1,11 +1,13 @@
 """Begin or resume runs in folders, trainings and evaluations alike.
 
-One run at a time works in a folder.  A run is resumed by the version that began it, and
-with the same options.
+One run at a time works in a folder.  A run is resumed by the version that began it,
+with the same options, and with the same files behind the words that it was begun with.
 """
 
+import ast
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -95,3 +97,92 @@ def refuse_options(
             f"{', '.join(named).replace('_', '-')}: a resumed run keeps its options. "
             f"Leave this out, or {instead}."
         )
+
+
+# -- What words mean ----------------------------------------------------------------
+
+Digests = Mapping[str, Mapping[str, str]]
+"""Of each word, the files that it means by name, the first one before those that this
+one needs; of each file a digest."""
+
+INSTALLED = ("site-packages", "dist-packages")
+
+
+def digest_of(content: bytes) -> str:
+    """Digest the content of a file."""
+    return sha256(content).hexdigest()
+
+
+def refuse_changed(begun: Digests, now: Digests) -> None:
+    """Raise InputError for the first file that is another one now.
+
+    A word that has no file any more is no difference: who needs the file says so.
+    """
+    for word, files in begun.items():
+        today = now.get(word, {})
+        if not files or not today:
+            continue
+        first = next(iter(files))
+        for name in dict.fromkeys([*files, *today]):
+            if files.get(name) != today.get(name):
+                needed = "" if name == first else f", which {first} imports,"
+                raise InputError(
+                    f"{name}{needed} has changed since. Take another folder for it."
+                )
+
+
+def digests_of_code(module: str, file: Path) -> dict[str, str]:
+    """Digest a module's file and all that it imports from its folder, by their names.
+
+    module: as it is imported, `mine` or `package.mine`; its folder is where the first
+    part lies. Imports are read, not run: also those in functions. What is installed,
+    and this package, are not one's own.
+    """
+    root = file.parents[module.count(".")]
+    found = dict[Path, str]()
+    waiting = [(module, file)]
+    while waiting:
+        name, path = waiting.pop()
+        if path in found:
+            continue
+        content = path.read_bytes()
+        found[path] = digest_of(content)
+        for imported in _imports(name, path, content):
+            ours = imported.split(".")[0] != reference.__name__
+            if ours and not (set(INSTALLED) & {*root.parts}):
+                waiting += _files_of(imported, root)
+    return {path.relative_to(root).as_posix(): found[path] for path in found}
+
+
+def _imports(name: str, path: Path, content: bytes) -> list[str]:
+    """List the modules that a module's code may import, by their whole names."""
+    try:
+        tree = ast.parse(content)
+    except (SyntaxError, ValueError):  # compiled, perhaps
+        return []
+    package = name.split(".")
+    if path.name != "__init__.py":
+        package = package[:-1]
+
+    imports = [".".join(package)] if package else []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            imports += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            above = package[: len(package) + 1 - node.level] if node.level else []
+            start = ".".join([*above, *filter(None, [node.module])])
+            imports += [start, *(f"{start}.{alias.name}" for alias in node.names)]
+    return [name.strip(".") for name in imports if name.strip(".")]
+
+
+def _files_of(name: str, root: Path) -> list[tuple[str, Path]]:
+    """Find the files in a folder that Python runs to import a module of this name."""
+    found = []
+    parts = name.split(".")
+    for k in range(1, len(parts) + 1):
+        place = root.joinpath(*parts[:k])
+        for file in (place / "__init__.py", place.with_name(f"{place.name}.py")):
+            if file.is_file():
+                found.append((".".join(parts[:k]), file))
+                break
+    return found

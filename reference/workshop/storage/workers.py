@@ -1,6 +1,6 @@
 """Workers: do jobs in other processes, or in this one.
 
-Clause: E6.  Any `concurrent.futures.Executor` will do; here are a pool of processes,
+Any `concurrent.futures.Executor` will do [E6]; here are a pool of processes,
 a Dask cluster and this process itself.
 """
 
@@ -126,7 +126,8 @@ def as_done(
     """
     waiting: dict[Future[Made], int] = {}
     for number, job in enumerate(jobs):
-        waiting[future := executor.submit(work, job)] = number
+        future = executor.submit(work, job)
+        waiting[future] = number
         if future.done():  # in this process
             yield waiting.pop(future), future.result()
     while waiting:
@@ -183,7 +184,8 @@ class _Pool(ThreadPoolExecutor):
         self.workers = workers
         self.lines = local()  # to a thread's process
         self.processes = list[SpawnProcess]()
-        self.starting, self.ended = Lock(), False
+        self.starting = Lock()
+        self.ended = False
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
@@ -196,9 +198,10 @@ class _Pool(ThreadPoolExecutor):
         """Have a job done, by a process that the thread's first job starts."""
         if not hasattr(self.lines, "own"):
             self.lines.own = self._start()
-        line, told = self.lines.own, pickle.dumps(job)
+        line = self.lines.own
+        asked = pickle.dumps(job)
         try:
-            line.send_bytes(told)
+            line.send_bytes(asked)
             result, error = pickle.loads(line.recv_bytes())
         except (EOFError, OSError) as gone:
             raise BrokenExecutor("a worker has died") from gone

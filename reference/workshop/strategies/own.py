@@ -7,7 +7,6 @@ class Guide:  # in mine.py: `evaluate --robots sweep mine:Guide`
 
 import os
 import sys
-from hashlib import sha256
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
@@ -19,6 +18,7 @@ import numpy as np
 
 from reference.learning.settings import Side
 from reference.paper import InputError
+from reference.workshop.storage.runs import digests_of_code
 from reference.workshop.strategies import trained
 from reference.workshop.strategies.trained import Trained
 from reference.world import World
@@ -95,9 +95,12 @@ def metres(x: Any, y: Any) -> tuple[float, float]:
     return read
 
 
-def code_digest(word: str) -> str:
-    """Digest the file of the module that a word names. Raises as `_file` does."""
-    return sha256(_file(word).read_bytes()).hexdigest()
+def code_digests(word: str) -> dict[str, str]:
+    """Digest the file of the module that a word names, and those that it imports.
+
+    Raises as `_file` does.
+    """
+    return digests_of_code(word.partition(":")[0], _file(word))
 
 
 def _file(word: str) -> Path:

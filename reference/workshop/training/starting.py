@@ -5,9 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from reference.building import plan_of
+from reference.building import building_of, plan_of
 from reference.learning.players import Learned
 from reference.learning.settings import SIDES, Side
+from reference.paper import InputError
 from reference.workshop import maps
 from reference.workshop.storage.runs import refuse_version
 from reference.workshop.training import checkpoints
@@ -89,13 +90,26 @@ def _settings(asked: Namespace) -> Settings:
 def resume(folder: Path) -> Training:
     """Resume from the newest checkpoint in a folder.
 
-    Raises InputError if it is another version's, CheckpointError if there is none or if
-    it is damaged.
+    Raises InputError if it is another version's or its map has changed, CheckpointError
+    if there is none or if it is damaged.
     """
     checkpoint = checkpoints.load(folder)
     refuse_version(folder, checkpoint.version)
+    _refuse_other_map(checkpoint.task)
     with checkpoints.must_fit(folder, "its parts do not fit each other"):
         return Training.resumed(checkpoint)
+
+
+def _refuse_other_map(task: Task) -> None:
+    """Raise InputError if the file of the map has another drawing than at the start."""
+    if "\n" in task.building:  # it is the map itself
+        return
+    now = maps.drawing_now(task.building)
+    if now is not None and now != building_of(task.plan).drawing:
+        raise InputError(
+            f"{task.building} has changed since. Give it its old drawing, or begin "
+            "anew in another folder."
+        )
 
 
 def options_of(task: Task) -> dict[str, Any]:
