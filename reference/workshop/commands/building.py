@@ -30,6 +30,7 @@ def check(arguments: Namespace) -> None:
 
 
 def _check(arguments: Namespace) -> None:
+    """Check a map once."""
     try:
         building = load(arguments.file)
     except MistakesError as error:

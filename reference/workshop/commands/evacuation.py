@@ -187,6 +187,7 @@ def _who(robots: str, fire: str) -> str:
 
 
 def _heading(pair: Pair) -> str:
+    """Say in a few words who guides and what burns."""
     robots, fire = pair
     guides = "nobody guides" if robots == "none" else f"guided by {robots}"
     burns = "no fire" if fire == "none" else f"fire {fire}"

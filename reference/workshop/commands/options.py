@@ -111,7 +111,7 @@ def strategies() -> str:
 
 
 def of_evaluation(arguments: Namespace) -> dict[str, Any]:
-    """What was asked for of an evaluation's place and runs, by name."""
+    """Collect what was asked for of an evaluation's place and runs, by name."""
     names = ("building", "people", "seed", "episodes", "sample", "errors")
     asked = {name: getattr(arguments, name) for name in names}
     # What was not typed is left to the checkpoint that plays, or to `begin`.

@@ -30,7 +30,7 @@ LINES = cycler(color=4 * color_sequences["petroff8"], linestyle=_TURNS)
 
 
 def players(cells: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]:
-    """All robots or fires, in the order of first appearance."""
+    """List all robots or fires, in the order of first appearance."""
     return list(dict.fromkeys(getattr(cell, side) for cell in cells))
 
 

@@ -86,7 +86,7 @@ SURVIVORS = "share of people who survive"
 
 
 def _of_both(column: str) -> list[Curve]:
-    """Lines of a panel: what a column says of each side."""
+    """Make two lines of a panel: what a column says of each side."""
     return [Curve("robots", "robots", column), Curve("fire", "fire", column)]
 
 
@@ -178,7 +178,7 @@ def figure(runs: Sequence[Run]) -> Figure:
 
 
 def _lines_of(curves: Sequence[Curve], runs: Sequence[Run]) -> dict[str, list[Line]]:
-    """Lines of a panel by their label, without those that no run has points of."""
+    """Find a panel's lines by label, without those that no run has points of."""
     lines_of = {}
     for curve in curves:
         lines = points(runs, curve.side, curve.column)

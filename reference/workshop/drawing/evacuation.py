@@ -186,7 +186,7 @@ class Side:
             line.set_data(times, [getattr(tally, name) for tally in history])
 
     def on_page(self, floor: Any, position: Any) -> np.ndarray:
-        """Places (2, k) on the axes of k floors and (k, 2) metres."""
+        """Find places on the axes, (2, k), of k floors and (k, 2) metres."""
         floors = np.asarray(floor, dtype=int).reshape(-1)
         places = np.asarray(position, dtype=float).reshape(-1, 2)
         return (places + self.moves[floors]).T
@@ -284,7 +284,7 @@ def _paint_floors(axes: Axes, building: Building, metre: float) -> np.ndarray:
 
 
 def looks(metre: float) -> dict[str, Style]:
-    """Look of all that moves, the upper later; metre: in points."""
+    """Choose the look of all that moves, the upper later; metre: in points."""
     mark = float(np.clip(metre, 5, 10))
     line: Style = {"ls": (0, (4, 2)), "lw": 0.8, "color": INK, "markevery": (1, 3)}
     return {

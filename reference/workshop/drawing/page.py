@@ -106,14 +106,14 @@ def legend(figure: Figure, handles: Sequence[Artist], **look: Any) -> None:
 
 
 def swatches(cells: ArrayLike, **more: str) -> list[Artist]:
-    """Legend entries for the kinds that occur among cells, and for more colours."""
+    """Make legend entries for kinds that occur among cells, and for more colours."""
     kinds = [kind for kind in MEANINGS if kind in np.asarray(cells)]
     inks = {MEANINGS[kind]: COLOURS[kind] for kind in kinds} | more
     return [Patch(fc=ink, ec=FAINT, lw=0.5, label=name) for name, ink in inks.items()]
 
 
 def samples(looks: Mapping[str, Style]) -> list[Artist]:
-    """Legend entries for lines and markers, by name."""
+    """Make legend entries for lines and markers, by name."""
     return [Line2D([], [], label=name, **look) for name, look in looks.items()]
 
 
@@ -139,7 +139,7 @@ def floor_page(
 
 
 def arranged(building: Building, floors: int) -> tuple[int, int]:
-    """Rows and columns of floors that make a page about twice as wide as high."""
+    """Choose rows and columns of floors for a page about twice as wide as high."""
     high, wide = building.kind.shape[1:]
 
     def unlike(columns: int) -> float:
@@ -168,12 +168,12 @@ def floor_title(building: Building, floor: int) -> str:
 
 
 def extent_of(building: Building) -> tuple[float, float, float, float]:
-    """Left, right, bottom and top of all cells of a building's floors, metres."""
+    """Measure left, right, bottom and top of a building's floors, metres."""
     rows, cols = building.kind.shape[1:]
     left, top = building.metres(-0.5, -0.5)
     return left, left + cols, top - rows, top
 
 
 def paint(kind: np.ndarray, inks: Mapping[Kind, str] = COLOURS) -> np.ndarray:
-    """(...) kinds -> (..., 3) colours 0 to 1."""
+    """Colour cells by their kinds: (...) -> (..., 3), from 0 to 1."""
     return np.array([to_rgb(inks[k]) for k in Kind])[kind]

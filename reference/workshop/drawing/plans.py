@@ -80,7 +80,7 @@ def graph(building: Building) -> Figure:
 
 
 def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:
-    """(2, k) metres: corners of the way from a door through a room to its node."""
+    """Find the corners of the way from a door to its room's node: (2, k) metres."""
     nav = navigation_of(building)
     node = node_of(building, area)
     start = nav.place(area.floor, *node)
@@ -96,7 +96,7 @@ def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:
 
 
 def widest(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Middle (row, column) and size (rows, columns) of a room's largest rectangle.
+    """Find a room's largest rectangle: middle (row, column), size (rows, columns).
 
     cells: (k, 2) rows and columns of the room
     """
@@ -118,7 +118,7 @@ def widest(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def node_of(building: Building, area: Area) -> tuple[float, float]:
-    """Middle of the widest part of a room, metres."""
+    """Find the middle of the widest part of a room, metres."""
     return building.metres(*widest(area.cells)[0])
 
 
@@ -145,7 +145,7 @@ def write_name(
 
 
 def lettering(area: Area, metre: float, largest: float) -> tuple[float, bool]:
-    """Size of a room's name in its room, 0 where it has no place; and if it is upright.
+    """Choose the size of a room's name, 0 where it has no place; and if it is upright.
 
     metre, largest: points
     """
@@ -160,6 +160,6 @@ def lettering(area: Area, metre: float, largest: float) -> tuple[float, bool]:
 
 
 def points_per_metre(axes: Axes) -> float:
-    """How many points on the page, once it is laid out, show a metre."""
+    """Measure how many points on the page, once it is laid out, show a metre."""
     (left, _), (right, _) = axes.transData.transform([(0, 0), (72, 0)])
     return float(right - left) / axes.figure.dpi

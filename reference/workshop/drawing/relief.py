@@ -103,7 +103,7 @@ def _storeys(building: Building, title: str, look: Look) -> Figure:
 
 
 def project(points: np.ndarray) -> np.ndarray:
-    """(..., 3) metres in the building -> (..., 2) metres on the page."""
+    """Project metres in the building (..., 3) to metres on the page (..., 2)."""
     x, y, z = np.moveaxis(points, -1, 0)
     across = x * np.cos(TURN) - y * np.sin(TURN)
     away = x * np.sin(TURN) + y * np.cos(TURN)

@@ -78,7 +78,7 @@ def write(
 
 
 def seconds_per_frame(run: Simulation) -> float:
-    """Simulated seconds from one frame to the next: whole ticks, about FRAME."""
+    """Choose the seconds from one frame to the next: whole ticks, about FRAME."""
     ticks = max(1, round(FRAME / run.tick))
     return round(ticks * run.tick, 9)
 
@@ -128,12 +128,12 @@ class Reel:
         self.ash[~burning & lit_before & (self.ash == NEVER)] = frame
 
     def _spots(self, points: Any) -> np.ndarray:
-        """Metres of points (..., 2) -> decimetres from the north-west corner."""
+        """Turn metres (..., 2) into decimetres from the north-west corner."""
         left, _, _, top = page.extent_of(self.run.building)
         return np.rint((np.asarray(points) - (left, top)) * (10, -10)).astype(int)
 
     def packed(self) -> dict[str, Any]:
-        """All of it, for JSON."""
+        """Pack all of it for JSON."""
         never = (self.lit == NEVER).sum()
         order = np.argsort(self.lit, axis=None)[never:]  # in which cells began to burn
         cells = np.unravel_index(order, self.lit.shape)
@@ -151,7 +151,7 @@ class Reel:
 
 
 def pack(numbers: np.ndarray) -> list[Any]:
-    """How long the last axis is, and whole numbers as steps along it, compressed."""
+    """Compress whole numbers, as steps along the last axis; its length stands first."""
     steps = np.diff(numbers, axis=-1, prepend=0).astype("<i2")
     return [numbers.shape[-1], b64encode(compress(steps.tobytes(), 9)).decode()]
 

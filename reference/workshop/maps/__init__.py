@@ -89,7 +89,7 @@ def find(name: str | PathLike[str]) -> Path:
 
 
 def shipped_floors() -> dict[str, Path]:
-    """Floors beside the checkout, or in the installed package, by name."""
+    """List the floors that ship, by name: beside the checkout, or in the package."""
     package = Path(reference.__file__).parent
     files = [*package.glob("floors/*.txt"), *package.parent.glob("floors/*.txt")]
     return {file.stem: file for file in sorted(files)}

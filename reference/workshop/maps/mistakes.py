@@ -59,7 +59,7 @@ class MistakesError(FloorPlanError):
         self.mistakes = mistakes
 
     def __str__(self) -> str:
-        """The first mistake of each hint in full, and where the others of it are."""
+        """Show the first mistake of each hint in full, and where its others are."""
         alike: dict[str, list[Mistake]] = {}
         for mistake in self.mistakes:
             alike.setdefault(mistake.hint, []).append(mistake)
@@ -90,7 +90,7 @@ def _places_of(first: Mistake, others: Sequence[Mistake]) -> str:
 
 
 def _quoted(mistake: Mistake) -> str:
-    """What tells a mistake from others with its hint: its word, else its place."""
+    """Name a mistake among others with its hint: by its word, else by its place."""
     return mistake.place.partition(" at")[0]
 
 

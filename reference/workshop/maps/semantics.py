@@ -29,7 +29,7 @@ from reference.workshop.maps.syntax import Floor, Page
 
 
 def stages(drawing: Drawing, page: Page) -> Iterator[Iterable[Mistake]]:
-    """What each stage of checks finds, once the stages before find nothing.
+    """Yield what each stage of checks finds, once the stages before find nothing.
 
     Ways come last: else one missing entrance shows as many rooms without a way out.
     """
@@ -88,7 +88,7 @@ def _parts(mask: np.ndarray) -> int:
 
 
 def _outer_wall(building: Building, floor: Floor) -> Iterator[Mistake]:
-    """Floor beside the outside; or a blank between two walls, meant as a third."""
+    """Find floor beside the outside; or a blank between two walls, meant as a third."""
     signs = _rimmed(building, floor)
     room = is_room(signs)
     outside = signs == " "
@@ -105,12 +105,12 @@ def _outer_wall(building: Building, floor: Floor) -> Iterator[Mistake]:
 
 
 def _rimmed(building: Building, floor: Floor) -> np.ndarray:
-    """(rows + 2, cols + 2) characters of a floor, and outside all around it."""
+    """Surround a floor with outside: (rows + 2, columns + 2) characters."""
     return np.pad(building.signs[floor.index], 1, constant_values=" ")
 
 
 def _gates(building: Building, floor: Floor) -> Iterator[Mistake]:
-    """Doors, entrances and exits that join nothing, or the wrong things."""
+    """Find doors, entrances and exits that join nothing, or the wrong things."""
     outside = ndimage.binary_dilation(_rimmed(building, floor) == " ")[1:-1, 1:-1]
     for gate in building.landmarks:
         if gate.floor == floor.index:
@@ -133,7 +133,7 @@ def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
 
 
 def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:
-    """Stairwells in two parts, open to something else, or without an entrance."""
+    """Find stairwells in two parts, open to something else, or without entrance."""
     signs = _rimmed(building, floor)
     for letter in STAIRWELLS:
         mine = signs == letter
@@ -151,7 +151,7 @@ def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:
 
 
 def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:
-    """A floor without a room, a second name in one room, or one name in two."""
+    """Find a floor without a room, a second name in one room, or one name in two."""
     if not building.rooms(floor.index):
         yield floor.heading.mistake("no-room", floor=floor.index + 1)
     names: dict[int, str] = {}  # of rooms by their index
@@ -171,7 +171,7 @@ def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:
 
 
 def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
-    """Stairwells on one floor only, with a floor left out, or not above themselves."""
+    """Find stairwells that are on one floor, leave one out, or stand askew."""
     for well in building.stairwells:
         cells = {floor: building.areas[i].cells for floor, i in well.areas.items()}
         if len(cells) == 1:
@@ -210,7 +210,7 @@ def touching(building: Building) -> Iterator[tuple[Area, Area]]:
 
 
 def _across(area: np.ndarray, kind: np.ndarray) -> np.ndarray:
-    """(k, 2) rooms that meet south-east of a cell, where two walls meet as well.
+    """Find rooms that meet south-east of a cell, where two walls meet as well: (k, 2).
 
     area, kind: (rows, columns) of a floor; for south-west, mirror both
     """

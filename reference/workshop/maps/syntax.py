@@ -42,14 +42,15 @@ class Line:
 
     @cached_property
     def code(self) -> str:
+        """What it draws or says, without its note."""
         return self.written.partition(";")[0].rstrip(" \t")
 
     def reads(self, key: str) -> re.Match[str] | None:
-        """The parts of a heading with this key word."""
+        """Match a heading with this key word; its groups are the parts."""
         return HEADINGS[key].fullmatch(self.code)
 
     def mistake(self, kind: str, column: int = 1, **facts: Any) -> Mistake:
-        """A mistake in this line; kind: a key of WORDS, facts: what they ask for."""
+        """Make a mistake in this line; kind: a key of WORDS, facts: what it needs."""
         what, hint = (words.format(**facts) for words in WORDS[kind])
         return Mistake(self.number, column, what, hint, self.written)
 
@@ -66,10 +67,12 @@ class Floor:
 
     @property
     def headless(self) -> bool:
+        """Whether its first row stands for its heading."""
         return self.heading in self.rows[:1]
 
     @cached_property
     def numbers(self) -> range:
+        """The floors that the drawing stands for, counted from 1."""
         read = self.heading.reads("floor")
         if not read:
             return range(0)
@@ -82,7 +85,7 @@ class Floor:
         return self.numbers[0] - 1
 
     def mistake(self, kind: str, cell: Iterable[int], **facts: Any) -> Mistake:
-        """A mistake at a cell: row and column, counted from 0."""
+        """Make a mistake at a cell: row and column, counted from 0."""
         row, column = map(int, cell)
         return self.rows[row].mistake(kind, column + 1, floor=self.index + 1, **facts)
 
@@ -120,7 +123,7 @@ class Page:
         return [row for floor in self.floors for row in floor.rows]
 
     def floor_of(self, index: int) -> Floor:
-        """The drawing of a floor by its index, once their numbers are read."""
+        """Find the drawing of a floor by its index, once their numbers are read."""
         return next(floor for floor in self.floors if index + 1 in floor.numbers)
 
     @cached_property
@@ -145,7 +148,7 @@ _NO_SIGN = {"\t": ("sign-alike", " "), "`": ("sign", "")}  # the last: of a list
 
 
 def _foreign_signs(page: Page) -> Iterator[Mistake]:
-    """The first sign of each line that is not ASCII, also in a note."""
+    """Find the first sign of each line that is not ASCII, also in a note."""
     rows = {row.number for row in page.rows}
     for line in page.lines:
         foreign = re.search(r"[^\t -~]", line.written)
@@ -178,7 +181,7 @@ _MEANS = re.compile(r"E*([A-D]*|[a-z][a-z0-9]*)E*")
 
 
 def _signs(page: Page) -> Iterator[Mistake]:
-    """Signs without a meaning, and words that are no room's name.
+    """Find signs without a meaning, and words that are no room's name.
 
     A sign at an end of any row is a wall, whatever it is; inside, it is floor.
     """
@@ -230,7 +233,7 @@ def _closed_blanks(page: Page) -> Iterator[Mistake]:
 
 
 def _headings(page: Page) -> Iterator[Mistake]:
-    """Headings that nobody can read."""
+    """Find headings that nobody can read."""
     follows = 1
     for floor in page.floors:
         if floor.numbers:
@@ -247,7 +250,7 @@ def _headings(page: Page) -> Iterator[Mistake]:
 
 
 def _head(page: Page) -> Iterator[Mistake]:
-    """All that is missing above the first row, at once; and what is no row of it."""
+    """Find all that is missing above the first row, and lines that are no row."""
     first = page.floors[0]
     missing = []
     if not page.settings["building"]:
@@ -271,7 +274,7 @@ def _meant(line: Line) -> str:
 
 
 def _settings(page: Page) -> Iterator[Mistake]:
-    """Settings that stand twice or below a floor, and sizes out of range."""
+    """Find settings that stand twice or below a floor, and sizes out of range."""
     top = min((floor.heading.number for floor in page.floors), default=inf)
     for key, lines in page.settings.items():
         for line in lines:
@@ -282,7 +285,7 @@ def _settings(page: Page) -> Iterator[Mistake]:
 
 
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
-    """Report the first only: what follows may well be right once it is mended."""
+    """Find the first floor out of order; once it is mended, the next may be right."""
     follows = 1
     for floor in page.floors:
         if floor.headless:  # only the first can be
@@ -298,7 +301,7 @@ def _floor_numbers(page: Page) -> Iterator[Mistake]:
 
 
 def _blanks(page: Page) -> Iterator[Mistake]:
-    """The first blank line between two rows of a drawing."""
+    """Find the first blank line between two rows of a drawing."""
     blank = {line.number for line in page.lines if not line.written.strip(" \t")}
     for floor in page.floors:
         for above, below in pairwise(floor.rows):
@@ -311,7 +314,7 @@ def _blanks(page: Page) -> Iterator[Mistake]:
 
 
 def _shape(page: Page) -> Iterator[Mistake]:
-    """Rows that are too wide, lost or doubled, or a size that is wrong altogether."""
+    """Find rows that are too wide, lost or doubled, or a size that is all wrong."""
     width, height = page.size
     columns, rows = page.drawn["columns"], page.drawn["rows"]
     alike = all(len(floor.rows) == rows for floor in page.floors)
@@ -331,7 +334,7 @@ def _shape(page: Page) -> Iterator[Mistake]:
 
 
 def stages(page: Page) -> Iterator[Iterable[Mistake]]:
-    """What each stage of checks finds, once the stages before find nothing."""
+    """Yield what each stage of checks finds, once the stages before find nothing."""
     yield _foreign_signs(page)
     yield _headings(page)
     yield chain(
