@@ -132,6 +132,14 @@ def pytest_cmdline_main(config):
     return pytest.ExitCode.OK
 
 
+def pytest_terminal_summary(terminalreporter):
+    """Prints what tests have counted and recorded."""
+    for outcome in ("passed", "failed"):
+        for report in terminalreporter.getreports(outcome):
+            for name, fact in report.user_properties:
+                terminalreporter.write_line(f"{name}: {fact}")
+
+
 def pytest_ignore_collect(collection_path, config):
     """Files without any test that `--paper` asks for are not read."""
     if config.option.paper and collection_path.suffix == ".py":

@@ -6,8 +6,10 @@ import re
 import shutil
 import subprocess
 import sys
+import tokenize
 import tomllib
 from collections.abc import Iterator
+from io import StringIO
 from pathlib import Path
 from textwrap import dedent
 from time import sleep
@@ -172,6 +174,99 @@ def test_the_package_leads_from_a_maps_text_to_a_picture(tmp_path, monkeypatch, 
     exec(dedent(lines), {})
     assert capsys.readouterr().out.startswith("Outcome(people=2, evacuated=2")
     assert (tmp_path / "hut.png").read_bytes().startswith(b"\x89PNG")
+
+
+# -- How much, and how dense --------------------------------------------------------
+
+
+def in_workshop(path: Path) -> bool:
+    """Whether a module belongs to the workshop, as the command line does."""
+    first = path.relative_to(PACKAGE).parts[0]
+    return first in ("workshop", "__main__.py")
+
+
+WORKSHOP = [path for path in MODULES.values() if in_workshop(path)]
+PARTS = {
+    "book": sorted({*PACKAGE.rglob("*.py")} - {*WORKSHOP}),
+    "workshop": WORKSHOP,
+    "tests": sorted((ROOT / "tests").rglob("*.py")),
+    "tutorials": sorted((ROOT / "tutorials").rglob("*.py")),
+}
+MOST_TOKENS = 36_765
+"""Of the book without `paper`: whoever moves a number there pays nothing for it."""
+
+LAYOUT = {
+    tokenize.COMMENT,
+    tokenize.NL,
+    tokenize.NEWLINE,
+    tokenize.INDENT,
+    tokenize.DEDENT,
+    tokenize.ENDMARKER,
+}
+
+
+def tokens(path: Path) -> int:
+    """Count the tokens of a file, without comments, docstrings and layout."""
+    text = path.read_text(encoding="utf-8")
+    docstrings = {
+        (node.lineno, node.col_offset)
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    }
+    found = tokenize.generate_tokens(StringIO(text).readline)
+    return sum(t.type not in LAYOUT and t.start not in docstrings for t in found)
+
+
+def names_in(node: ast.AST) -> frozenset[str]:
+    """The names that stand in an expression."""
+    return frozenset(n.id for n in ast.walk(node) if isinstance(n, ast.Name))
+
+
+def is_packed(node: ast.AST) -> bool:
+    """Does an assignment take several things, not one apart: `a, b = x, y`?"""
+    if not isinstance(node, ast.Assign) or not isinstance(node.value, ast.Tuple):
+        return False
+    roots = {names_in(each) for each in node.value.elts} - {frozenset()}
+    return isinstance(node.targets[0], ast.Tuple) and len(roots) > 1
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_a_line_assigns_one_thing(part, record_property):
+    """Or takes one thing apart: `x, y = position`, `low, high = -limit, limit`."""
+    packed = []
+    lines = expressions = statements = 0
+    for path in PARTS[part]:
+        text = path.read_text(encoding="utf-8")
+        lines += sum(bool(line.strip()) for line in text.splitlines())
+        for node in ast.walk(ast.parse(text)):
+            expressions += isinstance(node, ast.expr)
+            statements += isinstance(node, ast.stmt)
+            if is_packed(node):
+                packed.append(f"{path.name}:{node.lineno}")
+    facts = (
+        f"{sum(map(tokens, PARTS[part])):,} tokens, "
+        f"{expressions / statements:.2f} expressions a statement, "
+        f"{len(packed)} packed assignments in {lines:,} lines"
+    )
+    record_property(part, facts)
+    allowed = 0 if part == "book" else 5 * lines / 1000
+    assert len(packed) <= allowed, packed
+
+
+def test_the_book_is_no_longer_than_it_has_to_be():
+    """Only the book has a limit; nothing else, and no lines, are counted."""
+    counted = [path for path in PARTS["book"] if path.name != "paper.py"]
+    assert sum(map(tokens, counted)) <= MOST_TOKENS
+
+
+def test_numbers_of_the_paper_are_read_where_they_are_used():
+    """`paper.SIGHT`, not SIGHT: whoever changes it is heard by every module."""
+    for module, path in MODULES.items():
+        for name in imported(path):
+            is_number = re.fullmatch(r"reference\.paper\.[A-Z][A-Z\d_]*", name)
+            assert not is_number, f"{module} imports {name}"
 
 
 # -- Code, clauses and tests --------------------------------------------------------
