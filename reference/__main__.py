@@ -37,8 +37,8 @@ from reference.workshop.storage.workers import STOPPED_BY, STOPS, stop, stop_aga
 
 MAPS = (check, draw, floors)
 RUNS = (strategies, evacuate, evaluate, train, curves, experiment)
-MODEL = (validate, bench, paper)
-COMMANDS = {command.run.__name__: command for command in (*MAPS, *RUNS, *MODEL)}
+MODEL_COMMANDS = (validate, bench, paper)
+COMMANDS = {each.run.__name__: each for each in (*MAPS, *RUNS, *MODEL_COMMANDS)}
 NO_BUGS = (InputError, OSError, UnicodeError, MemoryError, BrokenExecutor)
 STOPPED = "stopped; nothing half-written is left"
 

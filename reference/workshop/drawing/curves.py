@@ -68,7 +68,7 @@ def _numbers(row: dict[str, str]) -> dict[str, Any]:
     return values
 
 
-class Curve(NamedTuple):
+class CurveSource(NamedTuple):
     """A line of a panel: a column of one side's rows, of both sides' where it is ""."""
 
     label: str
@@ -85,22 +85,22 @@ LOOKS: dict[str, Style] = {
 SURVIVORS = "share of people who survive"
 
 
-def _of_both(column: str) -> list[Curve]:
+def _of_both(column: str) -> list[CurveSource]:
     """Make two lines of a panel: what a column says of each side."""
-    return [Curve("robots", "robots", column), Curve("fire", "fire", column)]
+    return [CurveSource(side, side, column) for side in ("robots", "fire")]
 
 
 PANELS = {
     "reward of an episode, health points": [
-        Curve("robots", "", summaries.GROUP_REWARD),
-        Curve("fire", "fire", summaries.OWN_REWARD),
+        CurveSource("robots", "", summaries.GROUP_REWARD),
+        CurveSource("fire", "fire", summaries.OWN_REWARD),
     ],
-    SURVIVORS: [Curve("people", "", summaries.SURVIVAL)],
+    SURVIVORS: [CurveSource("people", "", summaries.SURVIVAL)],
     "entropy of the policies, nats": _of_both("Policy/Entropy"),
     "losses of the critics, (scaled return)²": [
-        Curve("robots", "robots", "Losses/Value Loss"),
-        Curve("robots' baseline", "robots", "Losses/Baseline Loss"),
-        Curve("fire", "fire", "Losses/Value Loss"),
+        CurveSource("robots", "robots", "Losses/Value Loss"),
+        CurveSource("robots' baseline", "robots", "Losses/Baseline Loss"),
+        CurveSource("fire", "fire", "Losses/Value Loss"),
     ],
     "variance of returns that the critics explain": _of_both(summaries.EXPLAINED),
     "signal / noise of the policies' gradients": _of_both(summaries.SIGNAL),
@@ -177,7 +177,9 @@ def figure(runs: Sequence[Run]) -> Figure:
     return whole
 
 
-def _lines_of(curves: Sequence[Curve], runs: Sequence[Run]) -> dict[str, list[Line]]:
+def _lines_of(
+    curves: Sequence[CurveSource], runs: Sequence[Run]
+) -> dict[str, list[Line]]:
     """Find a panel's lines by label, without those that no run has points of."""
     lines_of = {}
     for curve in curves:
