@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from reference import humans, motion, paper, walking
+from reference import humans, motion, walking
 from reference.simulation import Simulation
 from reference.view import View, bodies_around, crowd_of, see
 from reference.walking import Touched
@@ -51,8 +51,10 @@ class Lockstep:
 
     def __init__(self, runs: Sequence[Simulation]):
         """runs: their bodies become views of this one's arrays."""
-        self.runs, self.tick, self.n = runs, runs[0].tick, len(runs[0].world.bodies)
         worlds = [run.world for run in runs]
+        self.runs = runs
+        self.tick = runs[0].tick
+        self.n = len(worlds[0].bodies)
         arrays = {
             part.name: np.concatenate([getattr(w.bodies, part.name) for w in worlds])
             for part in fields(Bodies)
@@ -63,13 +65,20 @@ class Lockstep:
         self.world = replace(worlds[0], bodies=bodies, minds=minds, robots=robots)
         self.due = np.concatenate([run.due for run in runs])
         self.full_until = np.stack([run.full_until for run in runs])
+
+        # what each simulation changes is a part of the arrays of all
         self._ends = self.n * np.arange(len(runs) + 1)
-        for k, (run, (a, b)) in enumerate(zip(runs, pairwise(self._ends), strict=True)):
-            own = {name: array[a:b] for name, array in arrays.items()}
-            run.world.bodies = Bodies(**own)
-            run.due, run.full_until = self.due[a:b], self.full_until[k]
-        numbers = np.split(np.arange(len(minds) + len(robots)), [len(minds)])
-        self._in_world = np.hstack([some.reshape(len(runs), -1) for some in numbers])
+        for k, run in enumerate(runs):
+            own = slice(self._ends[k], self._ends[k + 1])
+            parts = {name: array[own] for name, array in arrays.items()}
+            run.world.bodies = Bodies(**parts)
+            run.due = self.due[own]
+            run.full_until = self.full_until[k]
+
+        # (K, n + robots) the bodies of each world, by their numbers among those of all
+        people = np.arange(len(minds)).reshape(len(runs), -1)
+        machines = len(minds) + np.arange(len(robots)).reshape(len(runs), -1)
+        self._in_world = np.hstack([people, machines])
 
     @property
     def done(self) -> bool:
@@ -85,11 +94,11 @@ class Lockstep:
         # DECIDE
         humans.decide(self.world, who, views)
         destinations = [run.strategies_decide() for run in going]
-        # MOVE
+        # MOVE: robots, then people [C7]
         for run, decided in zip(going, destinations, strict=True):
             run.robots_move(decided)
         touched = self._people_move()
-        # BURN
+        # BURN: flames, then who is in them [B7]
         for run in going:
             run.burn()
             run.lose_health()
@@ -101,7 +110,7 @@ class Lockstep:
     # -- What a simulation does for one world, for all at once ----------------------
 
     def _look(self, who: np.ndarray) -> list[View]:
-        """What `view.look` does; each looks at the bodies of their own world."""
+        """What `view.look` does; each looks at their own world [B3]."""
         crowd = crowd_of(self.world)
         world, me = np.divmod(who, self.n)
         others = self._in_world[world]
@@ -122,6 +131,7 @@ class Lockstep:
         ]
 
     def _people_move(self) -> dict[Simulation, Touched]:
+        """Walk people one tick; return who stepped onto a landmark [A5]."""
         who = np.flatnonzero(self.world.bodies.walking)
         moved = self._walk(who, walking.targets(self.world, who))
         touched = self._by_world(walking.advance(self.world, who, moved))
@@ -130,8 +140,10 @@ class Lockstep:
         return touched
 
     def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
-        bodies, free = self.world.bodies, self._free(who)
-        position, floor = bodies.position[who], bodies.floor[who]
+        """(k, 2) metres where these people get to in a tick [A9]."""
+        bodies = self.world.bodies
+        position = bodies.position[who]
+        floor = bodies.floor[who]
         pace = bodies.pace[who]
         parts = self._parts(who)
         pairs = [
@@ -142,14 +154,15 @@ class Lockstep:
 
         def turns(held_up: np.ndarray) -> np.ndarray:
             """Draw from each world's own generator."""
-            held = np.bincount(who[held_up] // self.n, minlength=len(self.runs))
-            limit, drawn = paper.SHUFFLE_TURN, [np.zeros(0)]
-            for run, count, idle in zip(self.runs, held.tolist(), lonely, strict=True):
-                rng = run.rng["bodies"]
-                turn = np.zeros(count) if idle else rng.uniform(-limit, limit, count)
-                drawn.append(turn)
+            drawn = [np.zeros(0)]
+            own = self._parts(who[held_up])
+            for run, (a, b), idle in zip(self.runs, own, lonely, strict=True):
+                draw = motion.turns(run.rng["bodies"])
+                drawn.append(np.zeros(b - a) if idle else draw(held_up[a:b]))
             return np.concatenate(drawn)
 
+        # whose world has no two people near each other walks without shuffling
+        free = self._free(who)
         step = partial(motion.step, position, target, pace, self.tick, free)
         moved = step(np.concatenate(pairs, axis=1), turns)
         if any(lonely):
