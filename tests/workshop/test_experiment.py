@@ -8,6 +8,7 @@ import time
 from argparse import Namespace
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext, redirect_stdout
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from shutil import copytree, rmtree
@@ -34,7 +35,7 @@ from reference.workshop.storage import workers as workforce
 from reference.workshop.storage.records import SettingsError, record_from
 from reference.workshop.storage.runs import held
 from reference.workshop.storage.workers import InProcess, cluster
-from reference.workshop.training.checkpoints import load
+from reference.workshop.training.checkpoints import load, newest, save
 from reference.workshop.training.rounds import Training
 
 FILES = ROOT / "tutorials" / "experiments"
@@ -137,6 +138,17 @@ def test_damage_is_told_and_what_is_removed_is_made_anew(whole, tmp_path):
     path.unlink()
     performed(small(), tmp_path)
     assert {*tables(whole).values()} == {*tables(tmp_path).values()}
+
+
+def test_refuses_tests_of_two_networks_under_the_name_of_one_training(whole, tmp_path):
+    """Somebody has put another checkpoint in its folder; the table would mix both."""
+    copytree(whole, tmp_path, dirs_exist_ok=True)
+    folder = folders(small(), tmp_path)["learning-3"]
+    path = newest(folder)
+    save(replace(load(path), round=9), path)
+    (table,) = tmp_path.glob("tests-*/evaluation.json")
+    with pytest.raises(InputError, match=rf"{table}: {path} has changed since"):
+        play_tests(small(), tmp_path, InProcess())
 
 
 @pytest.mark.paper("E6")

@@ -285,15 +285,19 @@ def _digest_of_drawing(drawing: Drawing) -> str:
     return digest_of(repr(drawing).encode())
 
 
-def refuse_mixing(evaluation: Evaluation, folder: Path) -> None:
-    """Raise InputError if a folder's runs are of other files under the same names."""
+def refuse_mixing(evaluation: Evaluation, folder: Path, played: set[str]) -> None:
+    """Raise InputError if a folder's runs are of other files under the same names.
+
+    played: the words of these runs; a word without runs may mean what it likes
+    """
     path = folder / ABOUT
-    if not path.exists():
+    if not played or not path.exists():
         return
     digests = read_json(path).get("digests", {})
     with naming(path):
         begun = checked("digests", digests, Mapping[str, Mapping[str, str]])
-        refuse_changed(begun, evaluation.digests)
+        mixed = {word: begun[word] for word in begun if word in {*played, MAP}}
+        refuse_changed(mixed, evaluation.digests)
 
 
 def resume(

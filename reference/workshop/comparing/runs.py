@@ -82,8 +82,9 @@ def evaluate(
     table = None
     if folder:
         make_folder(folder)
-        matches.refuse_mixing(evaluation, folder)
         done = {result.run: result for result in read(folder / RUNS, evaluation)}
+        played = {word for robots, fire, _ in done for word in (robots, fire)}
+        matches.refuse_mixing(evaluation, folder, played)
         matches.write(evaluation, folder)  # first: without it nobody could go on
         table = table_of(folder / RUNS, done.values())
 

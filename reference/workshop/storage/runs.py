@@ -105,6 +105,7 @@ Digests = Mapping[str, Mapping[str, str]]
 """Of each word, the files that it means by name, the first one before those that this
 one needs; of each file a digest."""
 
+CHANGED = " has changed since. Take another folder for it."
 INSTALLED = ("site-packages", "dist-packages")
 
 
@@ -116,19 +117,20 @@ def digest_of(content: bytes) -> str:
 def refuse_changed(begun: Digests, now: Digests) -> None:
     """Raise InputError for the first file that is another one now.
 
-    A word that has no file any more is no difference: who needs the file says so.
+    A word that has no file any more is no difference: who needs the file says so. Nor
+    is another path to the same content.
     """
     for word, files in begun.items():
         today = now.get(word, {})
         if not files or not today:
             continue
-        first = next(iter(files))
-        for name in dict.fromkeys([*files, *today]):
-            if files.get(name) != today.get(name):
-                needed = "" if name == first else f", which {first} imports,"
-                raise InputError(
-                    f"{name}{needed} has changed since. Take another folder for it."
-                )
+        (first, digest), *needed = files.items()
+        (first_now, digest_now), *needed_now = today.items()
+        if digest != digest_now:
+            raise InputError(f"{first_now}{CHANGED}")
+        changed = {name for name, _ in {*needed} ^ {*needed_now}}
+        if changed:
+            raise InputError(f"{min(changed)}, which {first} imports,{CHANGED}")
 
 
 def digests_of_code(module: str, file: Path) -> dict[str, str]:
