@@ -24,8 +24,12 @@ import: a module imports only modules listed before it, and no module of the boo
 imports the workshop.
 """
 
+import sys
 from importlib import import_module
+from importlib.machinery import ModuleSpec, PathFinder
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
+from warnings import warn
 
 if TYPE_CHECKING:  # others import these when they are asked for
     from reference.paper import Scenario
@@ -106,6 +110,31 @@ FRONT_DOOR = {
 }
 """Names that `from reference import ...` knows, and where each is made."""
 
+RENAMED = {
+    "building": {"burn": "without_doors"},
+    "evaluation.difficulty": {"HARDEST": "hardest()"},
+    "evaluation.score": {"PAPER": "paper_ruler()"},
+    "fire": {"rim": "cells_around_clearance"},
+    "learning.adversarial": {"adversarial": "adversarial_rounds"},
+    "workshop.comparing": {"begin": "begin_evaluation", "evaluate": "play_evaluation"},
+    "workshop.comparing.intervals": {"of_mean": "interval_of_mean"},
+    "workshop.drawing": {"crowded": "crowding_map"},
+    "workshop.lockstep": {
+        "together": "advance_in_lockstep",
+        "to_the_end": "run_in_lockstep",
+    },
+    "workshop.maps": {"parse": "parse_map"},
+    "workshop.measuring.crowding": {"crowding": "measure_crowding"},
+    "workshop.training.checkpoints": {
+        "load": "load_checkpoint",
+        "names_of": "player_names",
+        "save": "save_checkpoint",
+    },
+    "workshop.training.gradient": {"figures": "measure_signal"},
+}
+"""Names before version 0.18, by their modules, and what stands for them now: `()` for
+what was a constant. They go in version 0.19."""
+
 __version__ = "0.17.2"
 
 GAME = 7
@@ -118,6 +147,43 @@ def __getattr__(name: str) -> Any:
     if name not in FRONT_DOOR:
         raise AttributeError(f"module 'reference' has no attribute '{name}'")
     return getattr(import_module(f"reference.{FRONT_DOOR[name]}"), name)
+
+
+class _FormerNames(PathFinder):
+    """Finds the modules of RENAMED, which know former names, too, for one version."""
+
+    @classmethod
+    def find_spec(cls, fullname: str, *where: Any) -> ModuleSpec | None:
+        """Find such a module; once it has run, it gets a `__getattr__` (PEP 562)."""
+        package, _, below = fullname.partition(".")
+        names = RENAMED.get(below) if package == "reference" else None
+        spec = super().find_spec(fullname, *where) if names else None
+        if not names or not spec or not spec.loader:
+            return None
+        run = spec.loader.exec_module
+
+        def run_and_add(module: ModuleType) -> None:
+            """Run the module, then let it answer to its former names."""
+            run(module)
+
+            def former(name: str) -> Any:
+                """Say what a name is called now, and return it."""
+                if name not in names:
+                    raise AttributeError(
+                        f"module '{fullname}' has no attribute '{name}'"
+                    )
+                new = names[name]
+                warn(f"{fullname}.{name} is now called {new}", DeprecationWarning, 2)
+                found = getattr(module, new.removesuffix("()"))
+                return found() if new.endswith("()") else found
+
+            vars(module)["__getattr__"] = former
+
+        spec.loader.exec_module = run_and_add  # type: ignore[method-assign]
+        return spec
+
+
+sys.meta_path.insert(0, _FormerNames)
 
 
 def command_line() -> None:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from textwrap import dedent
 from time import sleep
@@ -17,7 +18,7 @@ from conftest import ROOT, at_most
 from paper_index import paper_index
 
 import reference
-from reference import BOOK, FRONT_DOOR, READING_ORDER, __version__
+from reference import BOOK, FRONT_DOOR, READING_ORDER, RENAMED, __version__
 from reference.__main__ import main
 from reference.workshop.annotated.index import (
     boards_of,
@@ -163,6 +164,21 @@ def test_the_front_door_knows_five_names():
     assert subprocess.check_output([sys.executable, "-c", code], cwd=ROOT) == b"\n"
     for name in FRONT_DOOR:
         assert getattr(reference, name).__name__ == name
+
+
+@pytest.mark.parametrize(
+    ("module", "old", "new"),
+    [(module, *pair) for module, names in RENAMED.items() for pair in names.items()],
+)
+def test_a_former_name_still_leads_to_what_it_named(module, old, new):
+    """For one version, with a warning that says the new one."""
+    home = import_module(f"reference.{module}")
+    warning = re.escape(f"reference.{module}.{old} is now called {new}")
+    with pytest.warns(DeprecationWarning, match=f"{warning}$"):
+        found = getattr(home, old)
+    named = vars(home)[new.removesuffix("()")]
+    assert found == named() if new.endswith("()") else found is named
+    assert not hasattr(home, "never_there")
 
 
 def test_the_package_leads_from_a_maps_text_to_a_picture(tmp_path, monkeypatch, capsys):
