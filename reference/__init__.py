@@ -24,8 +24,11 @@ import: a module imports only modules listed before it, and no module of the boo
 imports the workshop.
 """
 
+import sys
+from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+from warnings import warn
 
 if TYPE_CHECKING:  # others import these when they are asked for
     from reference.paper import Scenario
@@ -118,6 +121,25 @@ def __getattr__(name: str) -> Any:
     if name not in FRONT_DOOR:
         raise AttributeError(f"module 'reference' has no attribute '{name}'")
     return getattr(import_module(f"reference.{FRONT_DOOR[name]}"), name)
+
+
+def former_names(module: str, names: dict[str, str]) -> Callable[[str], Any]:
+    """Make a `__getattr__` by which a module knows former names, with a warning.
+
+    names: old -> new, with `()` after the new one for what was a constant. Names of
+    version 0.17 are known in 0.18 and go with the next version.
+    """
+
+    def former(name: str) -> Any:
+        """Say what a name is called now, and return it."""
+        if name not in names:
+            raise AttributeError(f"module '{module}' has no attribute '{name}'")
+        new = names[name]
+        warn(f"{module}.{name} is now called {new}", DeprecationWarning, stacklevel=2)
+        found = getattr(sys.modules[module], new.removesuffix("()"))
+        return found() if new.endswith("()") else found
+
+    return former
 
 
 def command_line() -> None:
