@@ -77,7 +77,7 @@ WORKSHOP = (
     "workshop.maps",  # floor files: find, check, load
     "workshop.lockstep",  # many simulations tick together
     "workshop.strategies",  # hand-written robots and fires by name, the worst fire
-    "workshop.remedies",  # what helps learning: other frames, heads
+    "workshop.anchors",  # the robots' frame, anchors to choose among, heads
     "workshop.training",  # trainings, kept in files:
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
     "workshop.training.mlagents",  # ML-Agents' trainer files

@@ -31,14 +31,16 @@ from reference.workshop.commands.experiment import experiment
 from reference.workshop.commands.measures import bench, paper, validate
 from reference.workshop.commands.options import Command
 from reference.workshop.commands.training import curves, train
-from reference.workshop.storage.files import told
+from reference.workshop.storage.files import message_of
 from reference.workshop.storage.runs import ContradictionError
 from reference.workshop.storage.workers import STOPPED_BY, STOPS, stop, stop_again
 
-MAPS = (check, draw, floors)
-RUNS = (strategies, evacuate, evaluate, train, curves, experiment)
+MAP_COMMANDS = (check, draw, floors)
+RUN_COMMANDS = (strategies, evacuate, evaluate, train, curves, experiment)
 MODEL_COMMANDS = (validate, bench, paper)
-COMMANDS = {each.run.__name__: each for each in (*MAPS, *RUNS, *MODEL_COMMANDS)}
+COMMANDS = {
+    each.run.__name__: each for each in (*MAP_COMMANDS, *RUN_COMMANDS, *MODEL_COMMANDS)
+}
 NO_BUGS = (InputError, OSError, UnicodeError, MemoryError, BrokenExecutor)
 STOPPED = "stopped; nothing half-written is left"
 
@@ -59,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(error, BrokenPipeError):  # `| head -1` has closed the pipe
             return 1
         status = 2 if isinstance(error, ContradictionError) else 1
-        return _complain(told(error) or "there is not enough memory", status)
+        return _complain(message_of(error) or "there is not enough memory", status)
     return 0
 
 

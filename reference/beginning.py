@@ -39,7 +39,7 @@ def generators(seed: int) -> dict[str, np.random.Generator]:
     return dict(zip(PURPOSES, map(np.random.default_rng, seeds), strict=True))
 
 
-def beginning(building: Building, scenario: Scenario, rng: Rng) -> World:
+def starting_world(building: Building, scenario: Scenario, rng: Rng) -> World:
     """Build the world at 0 s; rng draws people's places, pace and rank.
 
     Raises ValueError for more people than fit and for rooms that do not exist.
@@ -47,10 +47,10 @@ def beginning(building: Building, scenario: Scenario, rng: Rng) -> World:
     place = _starting_places(building, scenario, rng)
     jitter = rng.uniform(-1, 1, (len(place), 2)) * (0.5 - paper.BODY_RADIUS)
     position = navigation_of(building).centres[place] + jitter
-    return with_people_at(building, scenario, place, position, rng)
+    return world_with_people_at(building, scenario, place, position, rng)
 
 
-def with_people_at(
+def world_with_people_at(
     building: Building,
     scenario: Scenario,
     place: np.ndarray,
@@ -62,7 +62,7 @@ def with_people_at(
     They begin as followers without a leader: Alg. 1:3 makes them leaders at once
     [B4, B5].
     """
-    bodies = _bodies(building, place, position, rng)
+    bodies = _make_bodies(building, place, position, rng)
     shape = building.kind.shape
     no_flames = Flames(
         arrival=np.full(shape, inf),
@@ -78,7 +78,7 @@ def with_people_at(
         time=0.0,
         bodies=bodies,
         minds=[Mind(Mode.FOLLOWER) for _ in place],
-        robots=_robots(building, scenario.robots_per_floor, len(bodies)),
+        robots=_place_robots(building, scenario.robots_per_floor, len(bodies)),
         flames=no_flames,
         burnt=set(),
     )
@@ -87,7 +87,7 @@ def with_people_at(
     return world
 
 
-def _bodies(
+def _make_bodies(
     building: Building, place: np.ndarray, position: np.ndarray, rng: Rng
 ) -> Bodies:
     """Bodies of people in these places, with a pace drawn for each."""
@@ -148,7 +148,7 @@ def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
     return np.flatnonzero(np.isin(building.area.ravel(), [known[r] for r in rooms]))
 
 
-def _robots(building: Building, per_floor: int, people: int) -> list[Robot]:
+def _place_robots(building: Building, per_floor: int, people: int) -> list[Robot]:
     """Put a team on each floor, a robot at each stairwell in turn [C2].
 
     Robots have no bodies [C5, chosen]: they and people walk through each other. Their

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.random import Generator as Rng
 from scipy import ndimage
 
-from reference import paper
+from reference import former_names, paper
 from reference.floorplan import STAIRWELLS, Drawing, parse, to_text
 
 Graph: TypeAlias = nx.MultiGraph
@@ -181,8 +181,10 @@ class Building:
         """Find rooms, then stairwells of each floor, in reading order."""
         areas: list[Area] = []
         for floor, signs in enumerate(self.signs):
-            rooms = pieces(is_room(signs))
-            wells = [some for sign in STAIRWELLS for some in pieces(signs == sign)]
+            rooms = connected_parts(is_room(signs))
+            wells = [
+                some for sign in STAIRWELLS for some in connected_parts(signs == sign)
+            ]
             wells.sort(key=lambda cells: tuple(cells[0]))
             for number, cells in enumerate(rooms + wells, 1):
                 name = self._word_on(floor, cells) or f"room-{number}"
@@ -222,11 +224,11 @@ class Building:
         landmarks: list[Landmark] = []
         for floor, signs in enumerate(self.signs):
             places: dict[Kind, list[np.ndarray]] = {Kind.DOOR: [], Kind.ENTRANCE: []}
-            for cells in pieces(signs == "+"):
+            for cells in connected_parts(signs == "+"):
                 kinds = [area.kind for area in self._areas_beside(floor, cells)]
                 closed = Kind.ENTRANCE if "stairwell" in kinds else Kind.DOOR
                 places[closed].append(cells)
-            places[Kind.EXIT] = pieces(signs == "E")
+            places[Kind.EXIT] = connected_parts(signs == "E")
 
             for kind, found in places.items():
                 is_exit = kind is Kind.EXIT
@@ -322,7 +324,7 @@ def _ways_of(building: Building, stairs_metres: float) -> nx.MultiDiGraph:
         for ends in permutations(mark.sides, 2):
             rooms = [building.area_of[end] for end in ends if end != OUTSIDE]
             metres = sum(dist(room.centre, mark.position) for room in rooms)
-            if _walked(mark, rooms[0], ends):
+            if _can_walk(mark, rooms[0], ends):
                 ways.add_edge(
                     *ends, mark.id, kind=kind, width=mark.width, length=metres
                 )
@@ -345,14 +347,14 @@ def _undirected(building: Building, stairs_metres: float) -> Graph:
     return _ways_of(building, stairs_metres).to_undirected()
 
 
-def _walked(mark: Landmark, here: Area, ends: tuple[str, ...]) -> bool:
+def _can_walk(mark: Landmark, here: Area, ends: tuple[str, ...]) -> bool:
     """Do people walk through a landmark from one end, an area, to the other?"""
     if mark.kind is Kind.ENTRANCE:  # into the stairs above, out of them below
         return (here.kind == "room") == mark.leads_out
     return ends[0] != OUTSIDE
 
 
-def burn(graph: Graph, doors: Collection[str]) -> Graph:
+def without_doors(graph: Graph, doors: Collection[str]) -> Graph:
     """View a graph of rooms without the doors with these ids [A6].
 
     [A6, chosen] A destroyed door is no longer a way out. It is a hole: people see
@@ -373,14 +375,14 @@ def is_room(signs: np.ndarray) -> np.ndarray:
     return (signs == ".") | (signs >= "a") | ((signs >= "0") & (signs <= "9"))
 
 
-def pieces(mask: np.ndarray) -> list[np.ndarray]:
+def connected_parts(mask: np.ndarray) -> list[np.ndarray]:
     """Find the (k, 2) cells of each connected part of a mask, in reading order."""
     labels, count = ndimage.label(mask)
     return [np.argwhere(labels == k) for k in range(1, count + 1)]
 
 
 @lru_cache(maxsize=4)
-def built(drawing: Drawing) -> Building:
+def build(drawing: Drawing) -> Building:
     """Build a drawing; equal drawings give the same object, if it is still kept.
 
     Navigation and sight are cached per object, so do not write into its arrays.
@@ -393,9 +395,12 @@ _parsed = lru_cache(maxsize=4)(parse)
 
 def building_of(plan: str) -> Building:
     """Build from the text of a floor file. Raises FloorPlanError."""
-    return built(_parsed(plan))
+    return build(_parsed(plan))
 
 
 def plan_of(building: Building) -> str:
     """Write a building as the text of its floor file."""
     return to_text(building.drawing)
+
+
+__getattr__ = former_names(__name__, {"burn": "without_doors"})

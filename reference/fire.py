@@ -14,7 +14,7 @@ from numpy.random import Generator as Rng
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from reference import paper
+from reference import former_names, paper
 from reference.building import Building, Kind
 from reference.navigation import navigation_of, shifted
 from reference.paper import Scenario
@@ -68,7 +68,7 @@ def free_places(world: World) -> np.ndarray:
     """(places,) bool: unburnt, unprotected room cells without human or robot [D6]."""
     room = world.building.kind == Kind.FLOOR
     flames = world.flames
-    free = (room & fuel(world.building) & ~flames.burning & ~flames.ash).ravel()
+    free = (room & burnable(world.building) & ~flames.burning & ~flames.ash).ravel()
     free[world.bodies.place[world.bodies.walking]] = False
     free[[robot.place for robot in world.robots]] = False
     return free
@@ -90,9 +90,9 @@ class Spread:
     """
 
     def __init__(self, building: Building, rng: Rng):
-        """delays: (places, places) s, of each border that flames of `fuel` pass."""
+        """delays: (places, places) s, of each border that flames of `burnable` pass."""
         self.building = building
-        burns = fuel(building)
+        burns = burnable(building)
         east = np.flatnonzero(burns & shifted(burns, 0, 1))
         south = np.flatnonzero(burns & shifted(burns, 1, 0))
         one = np.concatenate([east, south])
@@ -134,7 +134,7 @@ class Spread:
         return float(coming[~flames.ash].min(initial=inf))
 
 
-def fuel(building: Building) -> np.ndarray:
+def burnable(building: Building) -> np.ndarray:
     """Mark the cells that can burn, (floors, rows, cols) bool.
 
     These are room cells and doors, except those within PROTECTED_METRES on foot of an
@@ -151,11 +151,11 @@ def _fuel(building: Building, protected_metres: float) -> np.ndarray:
     return np.isin(building.kind, (Kind.FLOOR, Kind.DOOR)) & unprotected
 
 
-def rim(building: Building, landmark: int) -> np.ndarray:
+def cells_around_clearance(building: Building, landmark: int) -> np.ndarray:
     """Find the cells that can burn beside a landmark's clearance, (k,) places.
 
     [D6, D7, chosen] The clearance is all that one can walk to from there without
-    crossing `fuel`: once its whole rim burns, nobody outside gets in.
+    crossing `burnable`: once its whole rim burns, nobody outside gets in.
     """
     return _rim(building, landmark, paper.PROTECTED_METRES)
 
@@ -200,9 +200,12 @@ class RandomFire:
     def decide(self, world: World, rng: Rng) -> Decision | None:
         """Draw the floor first, then one of its cells; None where nothing can burn."""
         building = world.building
-        cells = fuel(building) & (building.kind == Kind.FLOOR)
+        cells = burnable(building) & (building.kind == Kind.FLOOR)
         floors = np.flatnonzero(cells.any(axis=(1, 2)))
         if not len(floors):
             return None
         floor = int(rng.choice(floors))
         return (floor, *building.random_point(cells[floor], rng))
+
+
+__getattr__ = former_names(__name__, {"rim": "cells_around_clearance"})

@@ -70,7 +70,7 @@ def to_text(drawing: Drawing) -> str:
     return "".join(f"{line.rstrip()}\n" for line in text)
 
 
-HEADINGS = {
+HEADING_PATTERNS = {
     "building": re.compile(r"(?i)\s*building\s*:\s*(\S.*)"),
     "size": re.compile(r"(?i)\s*size\s*:\s*0*(\d{1,4})\s*x\s*0*(\d{1,4})"),
     "floor": re.compile(
@@ -95,11 +95,11 @@ class _Reader:
         """Read the next line of the file."""
         self.line += 1
         code = line.partition(";")[0].rstrip()
-        if building := HEADINGS["building"].fullmatch(code):
+        if building := HEADING_PATTERNS["building"].fullmatch(code):
             self.title = building[1]
-        elif size := HEADINGS["size"].fullmatch(code):
+        elif size := HEADING_PATTERNS["size"].fullmatch(code):
             self.size = int(size[1]), int(size[2])
-        elif floor := HEADINGS["floor"].fullmatch(code):
+        elif floor := HEADING_PATTERNS["floor"].fullmatch(code):
             self._end_floor()
             follows = len(self.storeys) + 1
             copies = range(int(floor[1]), int(floor[2] or floor[1]) + 1)

@@ -355,4 +355,4 @@ def _straight(nav: Navigation, p: int, goal: Goal) -> int:
     """The place to walk straight at from p: of a direction round a corner, the next."""
     if goal.aim is not Aim.DIRECTION or nav.clear.reaches(p, goal.place):
         return goal.place
-    return nav.onward(p, goal.place)
+    return nav.next_place(p, goal.place)

@@ -188,14 +188,14 @@ class Navigation:
         off = self.centres[free] - (x, y)
         return int(free[np.argmin((off**2).sum(axis=1))])
 
-    def beyond(self, door: int, side: int) -> int:
+    def place_beyond(self, door: int, side: int) -> int:
         """Find the place across a door cell from one side, an area; else the cell."""
         areas = self.building.area.ravel()
         around = (door + 1, door - 1, door + self.cols, door - self.cols)
         across = (p for p in around if areas[p] not in (-1, side))
         return next(across, door)
 
-    def straight(self, p: int, q: int) -> list[int]:
+    def straight_way(self, p: int, q: int) -> list[int]:
         """The places on the straight line from p to q of the same floor, p left out."""
         d_row = q // self.cols - p // self.cols
         d_col = q % self.cols - p % self.cols
@@ -252,7 +252,7 @@ class Navigation:
                 corners.append(here)
         return corners[1:]
 
-    def onward(self, p: int, *goals: int) -> int:
+    def next_place(self, p: int, *goals: int) -> int:
         """The next place from p on the shortest way to a goal of its floor."""
         floor, place = divmod(p, self.floor_size)
         return int(self._search(floor, None, goals)[1][place])

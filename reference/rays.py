@@ -209,7 +209,7 @@ class Sight:
         """
         met = sorted(q for q in self._stops(p, holes) if self._marks[q] == landmark)
         end = min(met, key=lambda q: self._metres(p, q))
-        on = frozenset(self.navigation.straight(p, end))
+        on = frozenset(self.navigation.straight_way(p, end))
         steps = (0, 1, -1, self.navigation.cols, -self.navigation.cols)
         beside = {q + step for q in on for step in steps}
         return on, frozenset(beside - {p})

@@ -13,7 +13,7 @@ from math import inf, nan
 import numpy as np
 
 from reference import humans, motion, paper, walking
-from reference.beginning import beginning, generators
+from reference.beginning import generators, starting_world
 from reference.building import Building, Kind
 from reference.fire import FireStrategy, Generator, NoFire, Spread, cells_beside
 from reference.navigation import Navigation, navigation_of
@@ -90,7 +90,7 @@ class Simulation:
         self.generator = Generator(building, self.scenario, self.rng["elsewhere"])
         self.spread = Spread(building, self.rng["flames"])
         if world is None:
-            world = beginning(building, self.scenario, self.rng["people"])
+            world = starting_world(building, self.scenario, self.rng["people"])
             if isinstance(self.robot_strategy, NoRobots):
                 world.robots = []
         self.world = world
@@ -318,7 +318,7 @@ class Simulation:
             walking.enter_stairs(self.world, i, mark)
         elif mark not in self.world.burnt:
             side = int(self._areas[before])
-            beyond = self.navigation.beyond(int(bodies.place[i]), side)
+            beyond = self.navigation.place_beyond(int(bodies.place[i]), side)
             humans.pass_landmark(self.world.minds[i], mark, side, beyond)
             self.due[i] = True
 

@@ -119,7 +119,7 @@ class View:
         """Is there a flame in sight on the straight way to a place of this floor?"""
         if not self._world.flames.alight:
             return False
-        return self.burns(self._sight.navigation.straight(self.place, place))
+        return self.burns(self._sight.navigation.straight_way(self.place, place))
 
     def towards(self, goal: Goal) -> tuple[float, float] | None:
         """Unit vector to a goal in sight or remembered, None when one is there."""

@@ -43,7 +43,7 @@ def targets(world: World, who: np.ndarray) -> np.ndarray:
             goals = nav.goals[marks[k]].tolist()
         else:
             goals = [nav.place(place // nav.floor_size, *target[k].tolist())]
-        target[k] = nav.centres[nav.onward(place, *goals)]
+        target[k] = nav.centres[nav.next_place(place, *goals)]
     return target
 
 
@@ -157,6 +157,6 @@ def _step_out(world: World, i: int, well: Stairwell) -> None:
             bodies.anchor_time[i] = world.time
             bodies.stairwell[i] = NOWHERE
             bodies.stairs_until[i] = inf
-            beyond = nav.beyond(p, well.areas[well.lowest])
+            beyond = nav.place_beyond(p, well.areas[well.lowest])
             humans.arrive(world.minds[i], mark, beyond)
             return

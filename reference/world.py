@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reference.building import Building, Graph, burn
+from reference.building import Building, Graph, without_doors
 
 NOBODY = -1
 NOWHERE = -1
@@ -171,7 +171,7 @@ class World:
     def graph(self) -> Graph:
         """The building's graph of rooms without the doors that have burnt [A6]."""
         marks = self.building.landmarks
-        return burn(self.building.graph, [marks[k].id for k in self.burnt])
+        return without_doors(self.building.graph, [marks[k].id for k in self.burnt])
 
     @property
     def occupancy(self) -> list[int]:

@@ -35,7 +35,7 @@ SECONDS = 40
 def what_happens():
     """A digest of a run with people, robots and a fire, and of what the maps say."""
     from reference.building import building_of
-    from reference.fire import RandomFire, fuel, rim
+    from reference.fire import RandomFire, burnable, cells_around_clearance
     from reference.paper import Scenario
     from reference.robots import RandomRobots
     from reference.simulation import Simulation
@@ -48,11 +48,14 @@ def what_happens():
         digest.update(sim.world.bodies.position.tobytes())
         digest.update(sim.world.bodies.health.tobytes())
     facts = [sim.outcome(), sim.events, sim.world.flames.burning.tolist()]
-    facts += [fuel(building).tolist(), sim.navigation.waypoint.tolist()]
+    facts += [burnable(building).tolist(), sim.navigation.waypoint.tolist()]
     facts += [sim.sight.hits.tolist(), sim.sight.patches.tolist()]
     rooms = sorted(sim.sight.rooms)
     facts += [sorted(sim.sight.looked_at(place, frozenset())) for place in rooms]
-    facts += [rim(building, mark.index).tolist() for mark in building.landmarks]
+    facts += [
+        cells_around_clearance(building, mark.index).tolist()
+        for mark in building.landmarks
+    ]
     facts += [list(graph.edges(data=True)) for graph in (building.ways, building.graph)]
     digest.update(repr(facts).encode())
     return digest.hexdigest()

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from reference.game.codec import Sizes
 from reference.learning.experience import Decisions, Trajectory, decisions_of
-from reference.workshop.remedies.settings import SideSettings
+from reference.workshop.anchors.settings import SideSettings
 from reference.workshop.training.presets import preset
 
 torch.set_num_threads(1)  # of tensors this small, threads only wait for each other

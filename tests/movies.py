@@ -42,7 +42,7 @@ from hypothesis import strategies as st
 from rules import Board, drawn
 
 from reference import humans, paper
-from reference.beginning import beginning
+from reference.beginning import starting_world
 from reference.building import Building, Kind
 from reference.fire import Spread
 from reference.floorplan import Drawing, Storey, parse
@@ -51,8 +51,8 @@ from reference.paper import WALKING_SPEED, Scenario
 from reference.rays import sight_of
 from reference.simulation import Simulation
 from reference.view import look
-from reference.workshop.annotated.index import passes_of
-from reference.workshop.comparing.named import fitting
+from reference.workshop.annotated.index import captioned_boards
+from reference.workshop.comparing.named import strategy_of
 from reference.workshop.maps import load
 from reference.world import NOBODY, NOWHERE, Aim, Fate, FireLit, Mode, Passed
 
@@ -85,8 +85,8 @@ def stage(board, robots=None, fire="none", **said):
         int(floors[k][r][c]): building.metres(r, c)
         for k, r, c in found(floors, "123456789")
     }
-    robots = fitting(robots or Sent(sent), "robots", building, scene)
-    fire = fitting(fire, "fire", building, scene)
+    robots = strategy_of(robots or Sent(sent), "robots", building, scene)
+    fire = strategy_of(fire, "fire", building, scene)
     return Simulation(building, scene, robots, fire, world=world)
 
 
@@ -280,7 +280,7 @@ def film(sim, seconds, algorithm):
 
 def opening(strip):
     """The first board of a film."""
-    return "\n".join(passes_of(drawn(strip))[0][1])
+    return "\n".join(captioned_boards(drawn(strip))[0][1])
 
 
 @contextmanager
@@ -513,7 +513,7 @@ def found(floors, letters):
 
 def as_drawn(floors, building, scenario, rng):
     """The world at 0 s, with everybody and every flame where the board has them."""
-    world = beginning(building, scenario, rng)
+    world = starting_world(building, scenario, rng)
     nav, bodies, shape = navigation_of(building), world.bodies, building.kind.shape
     for i, cell in enumerate(found(floors, PEOPLE)):
         p = int(np.ravel_multi_index(cell, shape))

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 import pytest
 
 from reference.workshop.annotated.index import code_of, kinds_of, marked_with
-from reference.workshop.annotated.words import CLAUSES, TITLES, named_in
+from reference.workshop.annotated.words import CLAUSES, TITLES, keys_named_in
 from reference.workshop.storage.records import did_you_mean
 
 WIDTH, INDENT = 80, 10
@@ -18,7 +18,7 @@ def asked_for(text: str) -> list[str]:
 
     Raises UsageError where none is named.
     """
-    found = named_in(text)
+    found = keys_named_in(text)
     if not found:
         raise pytest.UsageError(
             f"'{text}' is nothing of the paper.{did_you_mean(text, CLAUSES)}"

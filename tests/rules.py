@@ -5,7 +5,12 @@ from inspect import cleandoc
 from itertools import zip_longest
 
 from reference.workshop.annotated.index import code_of
-from reference.workshop.annotated.words import CLAUSES, TITLES, WORDS, named_in
+from reference.workshop.annotated.words import (
+    ANNOTATIONS,
+    CLAUSES,
+    TITLES,
+    keys_named_in,
+)
 
 WIDTH, GAP = 88, "    "
 
@@ -43,7 +48,7 @@ def rules(keys):
     """The sentence of each clause, and the code of each place, that a test is for."""
     for key in keys:
         if key in CLAUSES:
-            said = f"[{key}] {TITLES[key]}: {WORDS['statements'][key]}"
+            said = f"[{key}] {TITLES[key]}: {ANNOTATIONS['statements'][key]}"
             yield from textwrap.wrap(said, WIDTH, subsequent_indent=GAP)
         else:
             yield f"{key}  {TITLES[key]}"
@@ -54,7 +59,7 @@ def rules(keys):
 def keys_of(item):
     """What the marks of a test name, each once: clauses, then lines and the like."""
     texts = [text for mark in item.iter_markers("paper") for text in mark.args]
-    keys = dict.fromkeys(key for text in texts for key in named_in(text))
+    keys = dict.fromkeys(key for text in texts for key in keys_named_in(text))
     return sorted(keys, key=lambda key: key not in CLAUSES)
 
 

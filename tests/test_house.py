@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tokenize
 import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from importlib import import_module
 from io import StringIO
@@ -31,7 +32,7 @@ from reference.workshop.annotated.index import (
     symbols,
 )
 from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES
-from reference.workshop.comparing.named import ABOUT
+from reference.workshop.comparing.named import DESCRIPTIONS
 
 PACKAGE = ROOT / "reference"
 MODULES = {
@@ -180,7 +181,9 @@ def test_a_former_name_still_leads_to_what_it_named(module):
     """For one version, with a warning that says the new one."""
     home = import_module(f"reference.{module}")
     text = MODULES[module].read_text("utf-8")
-    names = ast.literal_eval(re.search(r"former_names\(__name__, ({.*?})\)", text, 16)[1])
+    names = ast.literal_eval(
+        re.search(r"former_names\(__name__, ({.*?})\)", text, 16)[1]
+    )
     for old, new in names.items():
         with pytest.warns(DeprecationWarning, match=rf"{old} is now called .*{new}"):
             found = getattr(home, old)
@@ -289,6 +292,31 @@ def test_numbers_of_the_paper_are_read_where_they_are_used():
         for name in imported(path):
             is_number = re.fullmatch(r"reference\.paper\.[A-Z][A-Z\d_]*", name)
             assert not is_number, f"{module} imports {name}"
+
+
+def public_names(path: Path) -> set[str]:
+    """What a module defines at its top: functions, classes, constants, kinds."""
+    found = set[str]()
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.add(node.name)
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            parts = [part for target in targets for part in ast.walk(target)]
+            found |= {part.id for part in parts if isinstance(part, ast.Name)}
+    return {name for name in found if not name.startswith("_")}
+
+
+def test_a_public_name_is_one_thing():
+    """At most ten stand in several modules; `engine` mirrors the book on purpose."""
+    modules = Counter(
+        name
+        for module, path in MODULES.items()
+        if not module.startswith("workshop.engine")
+        for name in public_names(path)
+    )
+    shared = sorted(name for name, count in modules.items() if count > 1)
+    assert len(shared) <= 10, shared
 
 
 # -- Code, clauses and tests --------------------------------------------------------
@@ -473,9 +501,9 @@ def test_the_readme_says_what_everybody_in_its_table_of_results_does():
     said = dict(re.findall(r"^\* `(\S+)`: (.+)$", README, re.MULTILINE))
     heads = re.search(r"^\| (robots .*) \|$", README, re.MULTILINE)[1]
     robots, fires = table(heads), ["random", *re.findall(r"`(\w+)`", heads)]
-    about = [ABOUT["robots"][word] for word in robots]
+    about = [DESCRIPTIONS["robots"][word] for word in robots]
     assert [*said] == [*robots, *dict.fromkeys(fires)]
-    assert [*said.values()] == about + [ABOUT["fire"][word] for word in fires]
+    assert [*said.values()] == about + [DESCRIPTIONS["fire"][word] for word in fires]
 
 
 def test_the_map_in_the_readme_is_a_map(tmp_path):

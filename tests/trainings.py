@@ -12,7 +12,7 @@ from reference.building import plan_of
 from reference.workshop.maps import load
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.training.checkpoints import Task
-from reference.workshop.training.loop import train
+from reference.workshop.training.loop import run_training
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.rounds import Training
 
@@ -59,7 +59,7 @@ def trained(training: Training, folder: Path, rounds: int | None = None) -> Path
     def stop() -> bool:
         return end is not None and training.round >= end
 
-    return train(training, folder, InProcess(), stop)
+    return run_training(training, folder, InProcess(), stop)
 
 
 class Stopped(InProcess):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from reference.building import Building, Kind
 from reference.workshop import drawing
-from reference.workshop.maps import MistakesError, parse
+from reference.workshop.maps import MistakesError, parse_map
 
 # %% Draw the floors
 # A character is a square metre: `#` wall, `.` floor, `+` a door [A2], `E` an exit [A4].
@@ -41,7 +41,7 @@ floor 2: upstairs
    #.....+..bath...#
    #################
 """
-house = Building(parse(HOUSE))
+house = Building(parse_map(HOUSE))
 print(house.title, "has", house.floors, "floors")
 #> Doll's house has 2 floors
 
@@ -81,7 +81,7 @@ print("3 m further west there is", Kind(house.kind[0][house.cell(x - 3, y)]).nam
 # line, and gives one hint. `python -m reference check FILE` prints the same.
 
 try:
-    parse(HOUSE.replace("EE", ".."), "house.txt")
+    parse_map(HOUSE.replace("EE", ".."), "house.txt")
 except MistakesError as error:
     print(error)
 #> house.txt:13:8: there is a hole in the outer wall

@@ -10,7 +10,7 @@ from pathlib import Path
 import networkx as nx
 
 from reference import load
-from reference.building import burn
+from reference.building import without_doors
 from reference.workshop import drawing
 
 # %% Rooms are nodes, doors are edges
@@ -41,13 +41,13 @@ print(f"farthest from outside is {farthest}, {metres[farthest]:.0f} m")
 #> farthest from outside is 1/coins, 61 m
 
 # %% What burning a door cuts off
-# Flames destroy a door that they touch [A6]. `burn` removes doors from the graph. Rooms
-# that are then no longer connected to "outside" are cut off.
+# Flames destroy a door that they touch [A6]. `without_doors` removes doors from the
+# graph. Rooms that are then no longer connected to "outside" are cut off.
 
 
 def cut_off(*doors: str) -> set[str]:
     """Rooms from which there is no way out once these doors have burnt."""
-    left = burn(graph, doors)
+    left = without_doors(graph, doors)
     return set(left) - nx.node_connected_component(left, "outside")
 
 

@@ -12,8 +12,8 @@ from reference import Scenario, Simulation, load
 from reference.fire import NoFire, RandomFire
 from reference.robots import NoRobots
 from reference.workshop import drawing
-from reference.workshop.lockstep import to_the_end
-from reference.workshop.measuring.crowding import crowding
+from reference.workshop.lockstep import run_in_lockstep
+from reference.workshop.measuring.crowding import measure_crowding
 from reference.workshop.strategies.guides import guided_by
 from reference.world import Mode
 
@@ -68,15 +68,15 @@ print(drawing.save(figure, "out/04_a_crowd.png"))
 
 # %% What does it depend on?
 # In smoke people see a few metres [B2]. Does it help to see farther? The same seeds put
-# the same people in the same places. Only the range of sight changes. `to_the_end` runs
-# several simulations side by side, which takes half the time.
+# the same people in the same places. Only the range of sight changes. `run_in_lockstep`
+# runs several simulations side by side, which takes half the time.
 
 
 def out(metres: float, seeds: range = range(5)) -> int:
     """Count who gets out, over all seeds."""
     rule = Scenario(sight_range=metres)
     runs = [Simulation(institute, rule, NoRobots(), NoFire(), seed) for seed in seeds]
-    to_the_end(runs)
+    run_in_lockstep(runs)
     return sum(run.outcome().evacuated for run in runs)
 
 
@@ -100,13 +100,13 @@ for metres in (5, 6.5, 8, 10, 12):
 # people per square metre: the highest of each evacuation, averaged over the six.
 
 runs = [Simulation(institute, fire=RandomFire(), seed=seed) for seed in range(6)]
-seen = crowding(runs)
+seen = measure_crowding(runs)
 print("of 240 people died, floor by floor:", seen.deaths.sum(axis=(1, 2)))
 #> of 240 people died, floor by floor: [38 24  1]
 densest = np.unravel_index(seen.density.argmax(), seen.density.shape)
 print(f"densest: {seen.density.max():.2f} per m2 on floor {densest[0] + 1}")
 #> densest: 0.62 per m2 on floor 1
-print(drawing.save(drawing.crowded(seen), "out/04_where.png"))
+print(drawing.save(drawing.crowding_map(seen), "out/04_where.png"))
 #> out/04_where.png
 
 # It is densest near doors, in the corridors between them, and in a corner of the porch.

@@ -19,7 +19,7 @@ from reference.evaluation.bounds import (
 )
 from reference.evaluation.difficulty import difficulty, hardest, people_in
 from reference.evaluation.score import paper_ruler
-from reference.fire import rim
+from reference.fire import cells_around_clearance
 from reference.workshop import comparing
 from reference.workshop.comparing import cells
 from reference.workshop.drawing import ruler as pictures
@@ -64,7 +64,7 @@ burnt = np.full(institute.kind.shape, np.inf)
 print(f"nothing burns: {difficulty(institute, burnt, people):.0f}")
 for name in ("1/exit-1", "1/exit-2"):
     mark = next(m for m in institute.landmarks if m.id == name)
-    burnt.ravel()[rim(institute, mark.index)] = 60.0
+    burnt.ravel()[cells_around_clearance(institute, mark.index)] = 60.0
     print(f"{name} closed from 60 s on: {difficulty(institute, burnt, people):.0f}")
 at_once = np.zeros_like(burnt)
 print(f"everything burns from the start: {difficulty(institute, at_once, people):.0f}")
@@ -94,14 +94,14 @@ for rewards in ([10000, 10000], [15000, 5000]):
 # All robots meet all fires, with the same seeds: the same people in the same places and
 # the same fire. Here the building is small and the runs are few, so it is quick.
 
-evaluation = comparing.begin(
+evaluation = comparing.begin_evaluation(
     robots=("none", "patrol", "sweep"),
     fires=("none", "random", "greedy"),
     building="museum",
     people=12,
     episodes=24,
 )
-results = comparing.evaluate(evaluation, None, InProcess())
+results = comparing.play_evaluation(evaluation, None, InProcess())
 for cell in cells(results, paper_ruler()):
     R, h, E = cell.reward.mean, cell.difficulty.mean, cell.score.mean
     print(f"{cell.robots:6} {cell.fire:6} R {R:6.0f}  h {h:4.0f}  E {E:.3f}")

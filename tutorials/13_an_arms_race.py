@@ -14,10 +14,10 @@ from matplotlib.figure import Figure
 
 from reference import Scenario, Simulation
 from reference.building import building_of
-from reference.learning.adversarial import adversarial, learner_for, player_of
+from reference.learning.adversarial import adversarial_rounds, learner_for, player_of
 from reference.learning.rollouts import Episode, Job, play
 from reference.workshop import drawing
-from reference.workshop.lockstep import together
+from reference.workshop.lockstep import advance_in_lockstep
 from reference.workshop.strategies.fires import FixedFire, beside_ways_out
 from reference.workshop.strategies.guides import Escort
 from reference.workshop.training.imitation import Demonstration, clone
@@ -72,7 +72,8 @@ fire = learner_for(
 
 def evenings(guides, foe) -> list[Episode]:
     """Play the 24 evenings that are not for training; guides and foe do not learn."""
-    return play(Job(PLAN, evening, guides, foe, tuple(range(24))), advance=together)
+    job = Job(PLAN, evening, guides, foe, tuple(range(24)))
+    return play(job, advance=advance_in_lockstep)
 
 
 def out(episodes: list[Episode]) -> float:
@@ -85,11 +86,12 @@ def out(episodes: list[Episode]) -> float:
 
 teacher = Demonstration(robots.settings, {}, "escort")
 shown = Job(PLAN, evening, teacher, FixedFire(), tuple(range(100, 132)))
-clone(robots, [episode.robots for episode in play(shown, advance=together)], epochs=20)
+demonstrations = play(shown, advance=advance_in_lockstep)
+clone(robots, [episode.robots for episode in demonstrations], epochs=20)
 
 # %% The race
 # In each act one side learns and the other does not. A round is 24 new evenings:
-# `adversarial` plays them (PLAY), then the learner learns from them (LEARN).
+# `adversarial_rounds` plays them (PLAY), then the learner learns from them (LEARN).
 
 seeds = iter(range(1000, 10_000))
 
@@ -98,7 +100,7 @@ def act(guides, foe, rounds: int) -> list[float]:
     """Let whoever is a learner learn; return how many got out in each round."""
     new = ([next(seeds) for _ in range(24)] for _ in range(rounds))
     sides = {"robots": guides, "fire": foe}
-    played = adversarial(PLAN, evening, sides, new, advance=together)
+    played = adversarial_rounds(PLAN, evening, sides, new, advance=advance_in_lockstep)
     return [out(episodes) for episodes in played]
 
 

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from reference import paper
-from reference.beginning import beginning
+from reference.beginning import starting_world
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
 from reference.paper import Scenario
@@ -35,11 +35,11 @@ def best_reward(building: Building, people: int | None = None) -> float:
     """
     if people is None:
         people = paper.PEOPLE
-    on_floors = sum(paper.HEALTH - loss for loss in losses(building))
+    on_floors = sum(paper.HEALTH - loss for loss in health_losses(building))
     return people * (on_floors + paper.FIXED_REWARD)
 
 
-def losses(building: Building) -> tuple[float, ...]:
+def health_losses(building: Building) -> tuple[float, ...]:
     """Health lost on the mean way off each floor, lowest first [F6] [F7].
 
     loss = seconds × frames per second × rate: Eq. 7 as printed divides by the product.
@@ -86,9 +86,9 @@ def critical_points(
     who start as in the scenario. With all forty on the paper's third floor these are
     the paper's points.
     """
-    start = beginning(building, scenario, np.random.default_rng(0))
+    start = starting_world(building, scenario, np.random.default_rng(0))
     worst = worst_reward(sum(start.occupancy))
-    best = best_reward_carried(losses(building), start.occupancy)
+    best = best_reward_carried(health_losses(building), start.occupancy)
     _, worst_y = paper.WORST_POINT
     _, best_y = paper.BEST_POINT
     return (_rounded(worst), worst_y), (_rounded(best), best_y)

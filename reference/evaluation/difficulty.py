@@ -15,9 +15,9 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from reference import paper
+from reference import former_names, paper
 from reference.building import Building
-from reference.fire import fuel, rim
+from reference.fire import burnable, cells_around_clearance
 from reference.simulation import Simulation
 from reference.world import World
 
@@ -89,7 +89,7 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
     longer = np.full(free.shape, inf)
     np.divide(links.metres, free, out=longer, where=free > 0)
     shut = _shut(building, arrival)
-    burns = np.isin(links.area, building.area[fuel(building)])
+    burns = np.isin(links.area, building.area[burnable(building)])
     longer[(shut[:, links.start] | shut[:, links.end]) & burns] = inf
 
     # ways without fire, then at each moment
@@ -217,10 +217,10 @@ def _shut(building: Building, arrival: np.ndarray) -> np.ndarray:
     nodes = areas + len(building.landmarks)
     shut = np.zeros((len(moments()), nodes), dtype=bool)
     for node, mark in enumerate(building.landmarks, areas):
-        own = (building.landmark == mark.index) & fuel(building)
+        own = (building.landmark == mark.index) & burnable(building)
         if own.any():
             shut[:, node] = _burning(arrival[own]).any(axis=1)
-        elif len(around := rim(building, mark.index)):
+        elif len(around := cells_around_clearance(building, mark.index)):
             shut[:, node] = _burning(arrival.flat[around]).all(axis=1)
     return shut
 
@@ -229,3 +229,6 @@ def _burning(arrival: np.ndarray) -> np.ndarray:
     """Find which of k cells burn, (moments, k) bool; arrival: (k,) s [D7]."""
     since = moments()[:, None] - arrival
     return (since >= 0) & (since < paper.BURN_SECONDS)
+
+
+__getattr__ = former_names(__name__, {"HARDEST": "hardest()"})

@@ -1,6 +1,6 @@
 """The score E of robots: their reward weighed against the difficulty of the fire.
 
-A `Ruler` holds the constants of E.  `paper_ruler` has the paper's; `calibrated` makes
+A `Ruler` holds the constants of E.  `paper_ruler` has the paper's; `calibrate` makes
 one as the paper did.
 
     R   reward, health points;          h   difficulty, on the scale of F10
@@ -15,10 +15,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from reference import paper
+from reference import former_names, paper
 from reference.paper import InputError
 
-LARGEST = 1e12  # [F1, chosen] limit of y: above it, difficulty would not count
+LARGEST_Y = 1e12  # [F1, chosen] limit of y: above it, difficulty would not count
 
 Number = TypeVar("Number", float, np.ndarray)
 Point = tuple[float, float]  # a reward, health points, and its y
@@ -42,7 +42,7 @@ class Ruler:
     def reward_part(self, reward: Number) -> Number:
         """y = b^(R/α) / c [F1, Eq. 4]; RulerError where it exceeds LARGEST."""
         highest = np.max(reward)
-        most = self.reward_at(LARGEST)
+        most = self.reward_at(LARGEST_Y)
         if highest > most:
             raise RulerError(
                 f"reward {highest:g} lies off this ruler, which reads at most "
@@ -94,7 +94,7 @@ def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
     return b, b ** (R_1 / α) / y_1
 
 
-def calibrated(
+def calibrate(
     worst: Point, best: Point, equal: tuple[Case, Case], baseline: Sequence[Case]
 ) -> Ruler:
     """Calibrate a ruler as the paper does [F12]: two points, equal cases, a baseline.
@@ -117,3 +117,6 @@ def paper_ruler() -> Ruler:
     """The constants that the appendix prints, b and c to more digits [F2] [F9]."""
     b, c = base_and_control(paper.WORST_POINT, paper.BEST_POINT)
     return Ruler(paper.ALPHA, b, c, k=paper.K, beta=paper.BETA)
+
+
+__getattr__ = former_names(__name__, {"PAPER": "paper_ruler()"})

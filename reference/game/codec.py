@@ -1,6 +1,6 @@
 """Encode what a side observes for its network, and decode the network's actions.
 
-Here both are as in the paper; subclasses in `workshop.remedies` do it otherwise.  The
+Here both are as in the paper; subclasses in `workshop.anchors` do it otherwise.  The
 environment's actions are coordinates of the whole floor, in [-1, 1].
 
     G    agents of a side;  R  robots, the fire's G is 1

@@ -32,9 +32,11 @@ DECIMALS = 4
 strategy names, such as the middle of a door between two cells."""
 
 Observation = dict[str, np.ndarray]
-Seen = dict[str, Observation]
+Observations = dict[str, Observation]
 Infos = dict[str, dict[str, float]]
-Returns = tuple[Seen, dict[str, float], dict[str, bool], dict[str, bool], Infos]
+StepResult = tuple[
+    Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos
+]
 """Observations, rewards, terminations, truncations and infos, by agent."""
 
 
@@ -163,7 +165,7 @@ class Environment:
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Seen, Infos]:
+    ) -> tuple[Observations, Infos]:
         """Begin a new episode: observations and infos. Same seed, same episode.
 
         Without a seed the next one is drawn from the last one given, or at random.
@@ -177,7 +179,7 @@ class Environment:
         self.agents = self.possible_agents.copy()
         return self._observed(self.agents), self._infos(self.agents)
 
-    def step(self, actions: Mapping[str, Any]) -> Returns:
+    def step(self, actions: Mapping[str, Any]) -> StepResult:
         """Take one decision of all agents; play until the next one.
 
         Actions of agents that have left are ignored. Raises ValueError, which names
@@ -206,7 +208,7 @@ class Environment:
                 body = robots[self._robot_agents.index(agent)].body
                 self._agent_robots.chosen[body] = destination(self.building, action)
 
-    def end_step(self) -> Returns:
+    def end_step(self) -> StepResult:
         """End a step, after the simulation has run on; return what `step` returns."""
         self.decision += 1
         agents = self.agents
@@ -236,7 +238,7 @@ class Environment:
             at_work |= zip(self._robot_agents, robots, strict=True)
         return at_work
 
-    def _observed(self, agents: list[str]) -> Seen:
+    def _observed(self, agents: list[str]) -> Observations:
         """Collect what each agent observes now [C1] [C4] [D1], in arrays of its own."""
         world = self.simulation.world
         vectors = {FIRE: observations.fire_vector(world, self.scenario)}

@@ -19,9 +19,9 @@ from reference.paper import Scenario
 from reference.world import World
 
 WALLS = "walls"
-FIRES = "fires"
+FLAMES = "fires"
 EXITS = "exits"
-GRID_KINDS = (WALLS, FIRES, EXITS)
+GRID_KINDS = (WALLS, FLAMES, EXITS)
 """[C3, chosen] kinds of channels, in this order; each has one channel per floor."""
 
 
@@ -132,7 +132,7 @@ def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
 
     robots[~work] = paper.ABSENT_POINT
     team = (mates & work).sum(axis=1)[:, None, None]
-    return _written(world, scenario, humans[nearest], robots[me_first], team)
+    return _write(world, scenario, humans[nearest], robots[me_first], team)
 
 
 def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
@@ -146,10 +146,10 @@ def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
     if not len(robots):
         robots = np.array([paper.ABSENT_POINT])  # written to every row
     humans = _humans(world)
-    return _written(world, scenario, humans[None], robots[None], team=work.sum())[0]
+    return _write(world, scenario, humans[None], robots[None], team=work.sum())[0]
 
 
-def _written(
+def _write(
     world: World,
     scenario: Scenario,
     humans: np.ndarray,
@@ -215,7 +215,7 @@ def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.nd
     return np.lexsort((metres, rank), axis=1)
 
 
-def headed(world: World) -> np.ndarray:
+def robot_destinations(world: World) -> np.ndarray:
     """Find where robots under way go to: (R, 2) float32 normalised, else nan.
 
     The actual target of their last decision (Eq. 1), clipped to the main body: deciding
@@ -274,7 +274,7 @@ def grid(world: World) -> np.ndarray:
 
     cells = np.zeros(grid_shape(building), dtype=np.uint8)
     _channels(cells, WALLS, kind)[:] = kind == Kind.WALL
-    _channels(cells, FIRES, kind)[:] = burning
+    _channels(cells, FLAMES, kind)[:] = burning
     _channels(cells, EXITS, kind)[:] = ways_out
     return cells
 

@@ -7,11 +7,12 @@ functions and adds workers and checkpoints.
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from reference import former_names
 from reference.building import building_of
 from reference.fire import FireStrategy
 from reference.game.environment import until_next_decision
 from reference.learning.experience import Trajectory
-from reference.learning.players import Learned
+from reference.learning.players import LearnedNetwork
 from reference.learning.poca import LEARNERS
 from reference.learning.ppo import Learner, Summary
 from reference.learning.rollouts import Advance, Episode, Job, play
@@ -20,10 +21,10 @@ from reference.paper import Scenario
 from reference.robots import RobotStrategy
 
 
-def adversarial(
+def adversarial_rounds(
     plan: str,
     scenario: Scenario,
-    sides: dict[Side, Learner | Learned | RobotStrategy | FireStrategy],
+    sides: dict[Side, Learner | LearnedNetwork | RobotStrategy | FireStrategy],
     rounds: Iterable[Sequence[int]],
     advance: Advance = until_next_decision,
 ) -> Iterator[list[Episode]]:
@@ -60,11 +61,11 @@ def trajectories_of(side: Side, episodes: Sequence[Episode]) -> list[Trajectory]
     return [t for t in trajectories if t is not None]
 
 
-def player_of(learner: Learner) -> Learned:
+def player_of(learner: Learner) -> LearnedNetwork:
     """Copy the learner's policy; later updates do not change the copy."""
     tensors = learner.actor.state_dict().items()
     weights = {name: tensor.numpy().copy() for name, tensor in tensors}
-    return Learned(learner.settings, weights)
+    return LearnedNetwork(learner.settings, weights)
 
 
 def learner_for(
@@ -73,3 +74,6 @@ def learner_for(
     """Make a side's new learner; `trainer_type` says which [E1] [E2]."""
     sizes = settings.codec(side, building_of(plan), scenario).sizes
     return LEARNERS[settings.trainer_type](settings, sizes, seed)
+
+
+__getattr__ = former_names(__name__, {"adversarial": "adversarial_rounds"})

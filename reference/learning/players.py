@@ -14,7 +14,7 @@ from torch import Tensor
 
 from reference.building import Building
 from reference.game.codec import Moment
-from reference.game.observations import grid, headed
+from reference.game.observations import grid, robot_destinations
 from reference.learning.experience import Record
 from reference.learning.networks import ActionDistribution, Actor
 from reference.learning.settings import Side, TrainerSettings
@@ -40,7 +40,7 @@ class Player:
         """Make the network's input [E4], (S, G, V) float32; all moments at once."""
         seen = self.codec.read(
             np.concatenate([moment.vectors for moment in moments]),
-            np.concatenate([headed(moment.world) for moment in moments]),
+            np.concatenate([robot_destinations(moment.world) for moment in moments]),
         )
         return seen.reshape(len(moments), -1, seen.shape[-1])
 
@@ -86,7 +86,7 @@ def _noise(moments: Sequence[Moment], policy: ActionDistribution) -> Tensor | No
 
 
 @dataclass(frozen=True)
-class Learned:
+class LearnedNetwork:
     """A side that a network plays: its settings, and its weights by name."""
 
     settings: TrainerSettings

@@ -16,13 +16,13 @@ from reference.game.codec import Moment
 from reference.game.environment import (
     FIRE,
     Environment,
-    Seen,
+    Observations,
     action_size,
     until_next_decision,
 )
 from reference.game.observations import grid, robots_at_work
 from reference.learning.experience import RECORDED, Record, Trajectory
-from reference.learning.players import Learned, Player
+from reference.learning.players import LearnedNetwork, Player
 from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
 from reference.rewards import fire_reward
@@ -40,8 +40,8 @@ class Job:
 
     plan: str  # the text of a floor file
     scenario: Scenario
-    robots: Learned | RobotStrategy
-    fire: Learned | FireStrategy
+    robots: LearnedNetwork | RobotStrategy
+    fire: LearnedNetwork | FireStrategy
     seeds: tuple[int, ...]
     record: tuple[Side, ...] = SIDES  # whose decisions to record, if a network plays
 
@@ -66,7 +66,7 @@ def play(*jobs: Job, advance: Advance = until_next_decision) -> list[Episode]:
 
     Only `advance` sees the simulations of all: a job's networks decide for its own.
     """
-    games = [_begun(job) for job in jobs]
+    games = [_begin_episodes(job) for job in jobs]
     runs = [run for game in games for run in game]
     running = [run for run in runs if not run.simulation.done]
     while running:
@@ -81,23 +81,23 @@ def play(*jobs: Job, advance: Advance = until_next_decision) -> list[Episode]:
     return [run.episode() for run in runs]
 
 
-def _begun(job: Job) -> "list[_Run]":
+def _begin_episodes(job: Job) -> "list[_RunningEpisode]":
     """Begin a job's episodes."""
     building = building_of(job.plan)
     players: dict[Side, Player] = {}
     strategies: dict[Side, Any] = {"robots": job.robots, "fire": job.fire}
     for side, who in strategies.items():
-        if isinstance(who, Learned):
+        if isinstance(who, LearnedNetwork):
             players[side] = who.player(side, building, job.scenario)
             strategies[side] = None  # its agents act
     runs = []
     for seed in job.seeds:
         environment = Environment(building, job.scenario, **strategies)
-        runs.append(_Run(environment, seed, players, job.record))
+        runs.append(_RunningEpisode(environment, seed, players, job.record))
     return runs
 
 
-def _decide(running: "Sequence[_Run]") -> None:
+def _decide(running: "Sequence[_RunningEpisode]") -> None:
     """Let the players of a job choose, all episodes by one call of each network."""
     if not running:
         return
@@ -110,7 +110,7 @@ def _decide(running: "Sequence[_Run]") -> None:
                 running[k].choose(side, chosen, record)
 
 
-class _Run:
+class _RunningEpisode:
     """One running episode: what its recorded sides see, do and are paid.
 
     vectors, actions  by agent, the last ones;  agents, records, rewards  by side
@@ -168,7 +168,7 @@ class _Run:
         for side in self.rewards:
             self._pay(side, rewards)
 
-    def _observe(self, seen: Seen) -> None:
+    def _observe(self, seen: Observations) -> None:
         """Keep what each agent observed last."""
         self.vectors |= {agent: observed["vector"] for agent, observed in seen.items()}
 

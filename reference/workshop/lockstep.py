@@ -16,14 +16,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from reference import humans, motion, walking
+from reference import former_names, humans, motion, walking
 from reference.simulation import Simulation
 from reference.view import View, bodies_around, crowd_of, see
 from reference.walking import Touched
 from reference.world import Bodies
 
 
-def together(runs: Sequence[Simulation]) -> None:
+def advance_in_lockstep(runs: Sequence[Simulation]) -> None:
     """Run simulations to their next decision or end, in lockstep where they match."""
     alike = defaultdict(list)
     for run in runs:
@@ -37,10 +37,10 @@ def together(runs: Sequence[Simulation]) -> None:
                 one.step()
 
 
-def to_the_end(runs: Sequence[Simulation]) -> None:
+def run_in_lockstep(runs: Sequence[Simulation]) -> None:
     """Run simulations to their end."""
     while any(not run.done for run in runs):
-        together(runs)
+        advance_in_lockstep(runs)
 
 
 class Lockstep:
@@ -206,3 +206,8 @@ class Lockstep:
             world, own = divmod(i, self.n)
             split[self.runs[world]].append((own, before))
         return split
+
+
+__getattr__ = former_names(
+    __name__, {"together": "advance_in_lockstep", "to_the_end": "run_in_lockstep"}
+)

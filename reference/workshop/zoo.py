@@ -45,10 +45,16 @@ from reference import paper
 from reference.building import Building
 from reference.fire import FireStrategy
 from reference.game import observations
-from reference.game.environment import Environment, Infos, Returns, Seen, action_size
+from reference.game.environment import (
+    Environment,
+    Infos,
+    Observations,
+    StepResult,
+    action_size,
+)
 from reference.paper import Scenario
 from reference.robots import RobotStrategy
-from reference.workshop.comparing.named import fitting
+from reference.workshop.comparing.named import strategy_of
 from reference.workshop.drawing.evacuation import Scene, tally
 from reference.workshop.drawing.film import painter
 from reference.workshop.maps import load
@@ -90,8 +96,8 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         self.environment = Environment(
             here,
             self.scenario,
-            robots=fitting(robots, "robots", here, self.scenario),
-            fire=fitting(fire, "fire", here, self.scenario),
+            robots=strategy_of(robots, "robots", here, self.scenario),
+            fire=strategy_of(fire, "fire", here, self.scenario),
         )
         self.agents = list[str]()  # before the first episode
         self.possible_agents = self.environment.possible_agents
@@ -123,10 +129,10 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         self._history.clear()
         return self._seen(seen), self._with_outcome(infos)
 
-    def _seen(self, seen: Seen) -> dict[str, Any]:
+    def _seen(self, seen: Observations) -> dict[str, Any]:
         return seen
 
-    def step(self, actions: Mapping[str, Any]) -> Returns:
+    def step(self, actions: Mapping[str, Any]) -> StepResult:
         """Take one decision of all agents; see `Environment.step`."""
         seen, rewards, ended, cut, infos = self.environment.step(actions)
         return self._seen(seen), rewards, ended, cut, self._with_outcome(infos)
@@ -176,7 +182,7 @@ class FlatEnvironment(ZooEnvironment):
         self.unit = paper.HEALTH * max(len(self.environment.simulation.world.bodies), 1)
         self._observed = self.state_space = spaces.Box(-1, 1, (self.layout.size,))
 
-    def step(self, actions: Mapping[str, Any]) -> Returns:
+    def step(self, actions: Mapping[str, Any]) -> StepResult:
         """Take one decision of all agents; see `Environment.step`."""
         if not self.agents:  # over, or not begun
             return super().step({})
@@ -194,7 +200,7 @@ class FlatEnvironment(ZooEnvironment):
         truncated = dict.fromkeys(everybody, late)
         return seen, rewards, terminated, truncated, infos
 
-    def _seen(self, seen: Seen) -> dict[str, Any]:
+    def _seen(self, seen: Observations) -> dict[str, Any]:
         gone = np.zeros(self.layout.size, dtype=np.float32)
         there = {agent: self._scaled(each["vector"]) for agent, each in seen.items()}
         return {agent: there.get(agent, gone) for agent in self.possible_agents}

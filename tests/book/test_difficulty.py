@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from movies import body, built, flames, shipped, stage
 
 from reference import paper
-from reference.building import OUTSIDE, Kind, burn
+from reference.building import OUTSIDE, Kind, without_doors
 from reference.evaluation.difficulty import (
     arrival_of,
     difficulty,
@@ -20,7 +20,7 @@ from reference.evaluation.difficulty import (
     ways_lost,
 )
 from reference.evaluation.score import paper_ruler
-from reference.fire import RandomFire, Spread, fuel, rim
+from reference.fire import RandomFire, Spread, burnable, cells_around_clearance
 from reference.paper import BURN_SECONDS, FIRE_SOURCES, FLAME_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.walking import enter_stairs
@@ -178,7 +178,7 @@ def test_the_only_door_of_a_full_room_counts_more_than_an_empty_closet():
 
 def by_networkx(building, burnt=()):
     """(areas,) metres of each area's shortest way out without some doors."""
-    towards = burn(building.ways, burnt).reverse()
+    towards = without_doors(building.ways, burnt).reverse()
     d = nx.single_source_dijkstra_path_length(towards, OUTSIDE, weight="length")
     return np.array([d.get(area.id, inf) for area in building.areas])
 
@@ -221,7 +221,7 @@ def test_a_room_wholly_inside_a_clearance_is_never_shut():
     """Whatever burns around it; the room before it is."""
     building = built("#....+....E")
     hall, porch = (a.index for a in building.rooms(0))
-    everything = burning(building, fuel(building))
+    everything = burning(building, burnable(building))
     shut = ways_lost(building, everything)[0]
     assert shut[[hall, porch]].tolist() == [1, 0]
     assert h_of(building, everything) < hardest()
@@ -246,7 +246,7 @@ def test_nobody_walks_up_the_stairs_to_get_out():
     """Cut off below, a room has lost its way, though the upper floor joins both."""
     building = built(HOUSE)
     cells = np.zeros(building.kind.shape, dtype=bool)
-    cells.ravel()[rim(building, min(building.exits))] = True
+    cells.ravel()[cells_around_clearance(building, min(building.exits))] = True
     left, right = (a.index for a in building.rooms(0))
     assert lost(building, cells)[[left, right]].tolist() == [1, 0]
     assert 0 < lost(building, cells)[building.rooms(1)[0].index] < 1

@@ -49,7 +49,7 @@ def test_an_editors_habits_are_tolerated_in_silence(loosely, tmp_path):
     """Nobody sees line endings; nobody is told about them."""
     file = tmp_path / "house.txt"
     file.write_bytes(loosely.encode())
-    assert maps.read(file) == parse(loosely) == parse(HOUSE)
+    assert maps.read_map(file) == parse(loosely) == parse(HOUSE)
 
 
 @pytest.mark.parametrize(

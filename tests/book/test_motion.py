@@ -8,7 +8,7 @@ from scipy.spatial.distance import pdist
 
 from reference import motion, paper
 from reference.paper import BODY_RADIUS, WALKING_SPEED, Scenario
-from reference.workshop.measuring.halls import Crowd, built, people
+from reference.workshop.measuring.halls import Crowd, build_floors, put_people
 
 TICK = Scenario().tick
 TOUCHING = 2 * BODY_RADIUS - 1e-6
@@ -168,9 +168,9 @@ def test_two_crowds_pass_each_other_in_a_door():
     """Twenty each way through one metre, in less time than a minute and a half."""
     room, wall = "......", "###############"
     rows = [f"E{room}+{room}E", *3 * [f"#{room}#{room}#"]]
-    building = built([wall, *rows, wall])
+    building = build_floors([wall, *rows, wall])
     west, east = sorted(building.exits, key=lambda m: building.landmarks[m].position)
     sides = [(20, (0, slice(1, 5), slice(first, first + 6))) for first in (1, 8)]
     goals = [east] * 20 + [west] * 20
-    crowd = Crowd(people(building, 0, *sides), 0, goals, limit=90)
+    crowd = Crowd(put_people(building, 0, *sides), 0, goals, limit=90)
     assert crowd.run().evacuated == 40

@@ -9,7 +9,7 @@ from hypothesis import given
 from movies import GRIDS, built, shipped, walled
 
 from reference.navigation import navigation_of
-from reference.workshop.strategies.traffic import walk
+from reference.workshop.strategies.traffic import places_walked
 
 pytestmark = pytest.mark.paper("A7")
 
@@ -77,7 +77,7 @@ def test_walking_at_the_aim_leads_to_the_landmark_without_leaving_the_floor(name
     for mark in nav.building.landmarks:
         reached = np.flatnonzero(np.isfinite(nav.distance_to(mark.index)))
         for p in reached[:: len(reached) // 20].tolist():
-            chain = [p, *walk(nav, p, mark.index)]
+            chain = [p, *places_walked(nav, p, mark.index)]
             assert nav.walkable[chain].all()
             assert nav.building.landmark.ravel()[chain[-1]] == mark.index
 
@@ -137,8 +137,8 @@ def test_the_place_beyond_a_door_is_on_its_other_side():
     nav = navigation_of(building)
     door = nav.cols + 3
     west, east = (int(building.area.ravel()[door + step]) for step in (-1, 1))
-    assert nav.beyond(door, west) == door + 1
-    assert nav.beyond(door, east) == door - 1
+    assert nav.place_beyond(door, west) == door + 1
+    assert nav.place_beyond(door, east) == door - 1
 
 
 def test_a_straight_line_is_the_places_it_crosses_in_order():
@@ -148,7 +148,7 @@ def test_a_straight_line_is_the_places_it_crosses_in_order():
     row, col = divmod(p, nav.cols)
     for d_row, d_col in product(range(-5, 6), repeat=2):
         q = p + d_row * nav.cols + d_col
-        line = nav.straight(p, q)
+        line = nav.straight_way(p, q)
         assert p not in line and len(set(line)) == len(line)
         assert line[-1:] == [q] * (p != q)
         cells = {(a // nav.cols - row, a % nav.cols - col) for a in line}

@@ -12,11 +12,11 @@ from reference.fire import NoFire, RandomFire
 from reference.game.codec import PolicyCodec
 from reference.game.environment import FIRE, Environment, fire_decision
 from reference.game.observations import robots_at_work, vector_layout
-from reference.learning.adversarial import adversarial, learner_for, player_of
+from reference.learning.adversarial import adversarial_rounds, learner_for, player_of
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import SIDES
 from reference.paper import Scenario
-from reference.workshop.lockstep import together
+from reference.workshop.lockstep import advance_in_lockstep
 from reference.workshop.maps import load
 
 TINY = plan_of(load("tiny"))
@@ -100,7 +100,7 @@ def test_jobs_played_at_once_are_as_if_played_alone():
         Job(TINY, scene, other, NoFire(), seeds=(3,)),
     ]
     alone = [episode for job in jobs for episode in play(job)]
-    for one, other in zip(alone, play(*jobs, advance=together), strict=True):
+    for one, other in zip(alone, play(*jobs, advance=advance_in_lockstep), strict=True):
         assert one.facts == other.facts
         assert same(vars(one.robots), vars(other.robots))
 
@@ -112,7 +112,7 @@ def test_each_round_both_sides_learn_and_play_the_next_with_what_they_learned():
     scene = replace(SCENARIO, time_limit=70.0)
     learners = {s: learner_for(s, TINY, scene, table, seed=1) for s in SIDES}
     before = {side: player_of(learner) for side, learner in learners.items()}
-    rounds = adversarial(TINY, scene, learners, [(1,), (2,)])
+    rounds = adversarial_rounds(TINY, scene, learners, [(1,), (2,)])
     next(rounds)
     after = {side: player_of(learner) for side, learner in learners.items()}
     for side in SIDES:

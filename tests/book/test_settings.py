@@ -9,11 +9,11 @@ import pytest
 from reference.paper import TABLE_I, TABLE_II, Scenario
 from reference.workshop.storage.records import SettingsError, record_from
 from reference.workshop.training.presets import (
-    OF_ROBOTS,
     PRESETS,
+    ROBOTS_ONLY,
     Settings,
-    changed,
     preset,
+    with_rows,
 )
 
 ROBOTS, FIRE = preset("paper").robots, preset("paper").fire
@@ -42,14 +42,14 @@ def test_the_preset_paper_is_the_two_tables_row_by_row():
         rows = asdict(settings)
         assert (rows.pop("head"), rows.pop("reward_scale")) == ("floor", 0.001)
         assert rows.pop("spread")  # of a mixture
-        assert {rows.pop(name) for name in OF_ROBOTS} == {0}
+        assert {rows.pop(name) for name in ROBOTS_ONLY} == {0}
         assert rows == dict(table)
 
 
 def test_what_is_about_robots_is_refused_for_the_fire():
     """It does not walk."""
     settings = preset("tiny")
-    for name in OF_ROBOTS:
+    for name in ROBOTS_ONLY:
         fire = replace(settings.fire, **{name: getattr(settings.robots, name)})
         with pytest.raises(SettingsError, match=f"fire: {name} is about robots"):
             replace(settings, fire=fire)
@@ -170,4 +170,4 @@ def test_settings_survive_as_plain_numbers_and_words(name, scenario):
 def test_refuses_rows_by_where_they_stand(rows, told):
     """Every part says which part it is."""
     with pytest.raises(SettingsError, match=f"^{told}"):
-        changed(preset("tiny"), rows, "settings")
+        with_rows(preset("tiny"), rows, "settings")

@@ -18,7 +18,7 @@ from reference.fire import RandomFire
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import maps
-from reference.workshop.lockstep import to_the_end
+from reference.workshop.lockstep import run_in_lockstep
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.world import Died, Evacuated, Fate, LeftFloor
 
@@ -144,7 +144,7 @@ def buildings(draw):
             rows[-1, draw(st.integers(1, east[1] - 1))] = "E"
         text += f"floor {floor + 1}:\n" + "\n".join(map("".join, rows)) + "\n"
     try:
-        return Building(maps.parse(text))
+        return Building(maps.parse_map(text))
     except maps.MistakesError:
         assume(False)
 
@@ -175,7 +175,7 @@ def test_nothing_impossible_happens_in_any_building(building, scene, robots, see
     wait(twin, 10)
     wait(beside, 10)
     copied = twin.copy()
-    to_the_end([twin, beside])
+    run_in_lockstep([twin, beside])
     copied.run()
     assert same(bodies(sim), bodies(copied)) and same(bodies(sim), bodies(twin))
     assert sim.events == copied.events == twin.events

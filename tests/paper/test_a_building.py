@@ -5,7 +5,14 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from reference.building import OUTSIDE, Building, Kind, building_of, burn, plan_of
+from reference.building import (
+    OUTSIDE,
+    Building,
+    Kind,
+    building_of,
+    plan_of,
+    without_doors,
+)
 from reference.floorplan import parse
 from reference.paper import BODY_SIZE, FLOORS, WALKING_SPEED, stairs_seconds
 from reference.workshop.maps import load
@@ -146,7 +153,7 @@ def test_people_walk_out_by_exits_and_down_by_stairs_only(house):
 @pytest.mark.paper("A6")
 def test_a_burnt_door_is_no_way_any_more(house):
     """Burning the only door cuts the room off; the building's own graph stays."""
-    left = burn(house.graph, ["1/door-1"])
+    left = without_doors(house.graph, ["1/door-1"])
     assert not nx.has_path(left, "1/a2", OUTSIDE)
     assert nx.has_path(house.graph, "1/a2", OUTSIDE)
 

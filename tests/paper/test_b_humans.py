@@ -43,7 +43,7 @@ from reference.robots import followers_of
 from reference.simulation import Simulation
 from reference.view import look
 from reference.walking import free_for
-from reference.workshop.lockstep import to_the_end
+from reference.workshop.lockstep import run_in_lockstep
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.guides import Sweep
 from reference.world import (
@@ -1019,7 +1019,7 @@ def test_who_sees_farther_gets_out_no_less():
         rule = Scenario(sight_range=metres)
         seeds = range(91_001, 91_041)
         runs = [Simulation(shipped("paper"), rule, seed=seed) for seed in seeds]
-        to_the_end(runs)
+        run_in_lockstep(runs)
         out = np.mean([run.outcome().evacuated / len(run.world.bodies) for run in runs])
         assert out > max(saved, default=0) - 0.05
         saved.append(out)

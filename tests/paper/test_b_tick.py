@@ -28,7 +28,7 @@ from reference.fire import NoFire, RandomFire
 from reference.paper import Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.workshop.strategies.worst_case import First
+from reference.workshop.strategies.worst_case import FirstDecision
 from reference.world import (
     NOBODY,
     NOWHERE,
@@ -163,7 +163,7 @@ def test_people_move_before_flames_hurt_them():
 @pytest.mark.paper("D7")
 def test_people_move_before_flames_move_on():
     """p steps into a cell that begins to burn in this tick, not only in the next."""
-    fire = First((0, -2.5, 0.5), NoFire())
+    fire = FirstDecision((0, -2.5, 0.5), NoFire())
     board = "#.p........E"
     sim = stage(board, fire=fire, decision_seconds=1, sight_range=12)
     bodies = sim.world.bodies
@@ -181,7 +181,7 @@ def test_people_move_before_flames_move_on():
 @pytest.mark.paper("B7")
 def test_flames_move_on_before_they_hurt():
     """The tick in which the cell beside p begins to burn costs p more already."""
-    fire = First((0, -2.5, 0.5), NoFire())
+    fire = FirstDecision((0, -2.5, 0.5), NoFire())
     board = "#.p........E"
     sim = stage(board, fire=fire, decision_seconds=1)
     sim.world.bodies.pace[:] = 0

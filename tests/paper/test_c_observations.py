@@ -371,9 +371,9 @@ def test_a_grid_belongs_to_whoever_asked_for_it():
 def test_a_robot_remembers_where_it_goes_until_it_is_there():
     """Normalised, and cut off at the main body like every action; nan on arrival."""
     run = Simulation(shipped("paper"), Scenario(), Sweep(), seed=2)
-    assert np.isnan(observations.headed(run.world)).all()
+    assert np.isnan(observations.robot_destinations(run.world)).all()
     run.step()
-    told = observations.headed(run.world)
+    told = observations.robot_destinations(run.world)
     for robot, spot in zip(run.world.robots, told, strict=True):
         assert np.isnan(spot).all() == (not robot.way)
     assert np.nanmax(np.abs(told)) <= 1

@@ -33,9 +33,9 @@ from reference.fire import (
     NoFire,
     RandomFire,
     Spread,
+    burnable,
+    cells_around_clearance,
     free_places,
-    fuel,
-    rim,
     snapped,
 )
 from reference.navigation import navigation_of
@@ -44,7 +44,7 @@ from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.guides import Sweep
-from reference.workshop.strategies.worst_case import First
+from reference.workshop.strategies.worst_case import FirstDecision
 from reference.world import DoorBurnt, Fate, FireLit, FireRefused
 
 COORDINATES = st.floats(-1e6, 1e6)
@@ -221,7 +221,7 @@ def test_flames_walk_from_cell_to_cell_and_leave_ash():
         #............pE    #............pE    #****........pE    #,,,,**......pE
         ###############    ###############    ###############    ###############
         """)
-    fire = First((0, *built(board).metres(2, 3)), NoFire())
+    fire = FirstDecision((0, *built(board).metres(2, 3)), NoFire())
     sim = stage(board, fire=fire, still="p", decision_seconds=1, sources=1)
     assert [play(sim, seconds) for seconds in (3, 17, 40)] == burning
 
@@ -250,7 +250,7 @@ def test_flames_enter_neither_walls_nor_stairwells_nor_protected_cells(spread):
     """They reach most of the rest of their floor, and never leave it."""
     building = spread.building
     reached = np.isfinite(flames(spread, ONE).arrival)
-    burns = fuel(building)[0]
+    burns = burnable(building)[0]
     assert not (reached[0] & ~burns).any()
     assert reached[0].sum() > 0.9 * burns.sum()
     assert set(building.kind[reached].tolist()) == {Kind.FLOOR, Kind.DOOR}
@@ -283,7 +283,7 @@ def test_cells_within_4_m_on_foot_of_a_way_out_are_protected():
     """All other cells of rooms, and their doors, can burn; the board is of all that is
     protected."""
     sim = stage(PROTECTED.replace("o", "."))
-    sim.world.flames.burning = fuel(sim.building)
+    sim.world.flames.burning = burnable(sim.building)
     burns = show(sim).replace(".", "o").replace("*", ".")
     pairs = zip(burns, drawn(PROTECTED), strict=True)
     assert all(sign == wanted or (sign, wanted) == (".", "+") for sign, wanted in pairs)
@@ -294,7 +294,10 @@ def test_the_rim_of_a_clearance_is_what_flames_must_fill_to_close_it():
     """Not the cells beyond a wall, nor those inside."""
     building = built(PROTECTED.replace("o", "."))
     (way_out,) = building.exits
-    assert [divmod(p, 17) for p in rim(building, way_out)] == [(1, 12), (3, 12)]
+    assert [divmod(p, 17) for p in cells_around_clearance(building, way_out)] == [
+        (1, 12),
+        (3, 12),
+    ]
 
 
 @pytest.mark.paper("D7")
@@ -334,7 +337,7 @@ def test_a_cell_burns_for_40_s_and_is_ash_then():
 @pytest.mark.paper("D7", "chosen")
 def test_one_border_in_eleven_carries_no_flames(spread):
     """Those whose delay is longer than a cell burns: bond percolation."""
-    burns = fuel(spread.building)
+    burns = burnable(spread.building)
     rows, cols = burns[:, 1:] & burns[:, :-1], burns[..., 1:] & burns[..., :-1]
     carried = spread.delays.nnz / 2 / (rows.sum() + cols.sum())
     expected = 1 - exp(-paper.SPREAD_RATE * paper.BURN_SECONDS)
@@ -422,7 +425,7 @@ def test_a_random_fire_chooses_free_cells_of_rooms_on_all_floors():
     """Uniformly over the floors, hardly one twice, and no protected one."""
     world = empty(shipped("paper"))
     rng = np.random.default_rng(0)
-    free = fuel(world.building)
+    free = burnable(world.building)
     chosen = [RandomFire().decide(world, rng) for _ in range(300)]
     floors = [floor for floor, _, _ in chosen]
     assert min(np.bincount(floors, minlength=3)) > 70
@@ -435,7 +438,7 @@ def test_a_random_fire_chooses_free_cells_of_rooms_on_all_floors():
 def test_nothing_ever_burns_where_all_cells_are_protected(fire):
     """Scripted fires decide nothing; whoever decides is refused, in both modes."""
     sim = stage("#p...E", fire=fire)
-    assert not fuel(sim.building).any()
+    assert not burnable(sim.building).any()
     sim.run()
     assert not events_of(sim, FireLit | FireRefused)
     rng = np.random.default_rng(0)

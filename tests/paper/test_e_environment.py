@@ -13,7 +13,7 @@ from reference.game.environment import FIRE, Environment, action_size
 from reference.paper import Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
-from reference.workshop.comparing.named import fitting
+from reference.workshop.comparing.named import strategy_of
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import Patrol
 from reference.world import Fate, FireLit, FireRefused
@@ -26,8 +26,8 @@ def game(name="tiny", robots=None, fire=None, seed=0, people=6, **scenario):
     """An environment that has been reset."""
     building = shipped(name)
     scene = Scenario(people=people, training=True, **scenario)
-    robots = fitting(robots, "robots", building, scene)
-    fire = fitting(fire, "fire", building, scene)
+    robots = strategy_of(robots, "robots", building, scene)
+    fire = strategy_of(fire, "fire", building, scene)
     environment = Environment(building, scene, robots, fire)
     environment.reset(seed)
     return environment

@@ -9,7 +9,7 @@ from reference.evaluation.bounds import (
     best_reward,
     best_reward_carried,
     critical_points,
-    losses,
+    health_losses,
     mean_ways,
     worst_reward,
 )
@@ -48,7 +48,7 @@ def test_the_best_reward_of_the_papers_building_is_the_papers():
 @pytest.mark.paper("F7", "Eq. 7")
 def test_half_a_point_of_health_is_lost_in_a_second_of_the_way():
     """Four metres on average, at 1.35 m/s: 3 seconds, 1.5 points."""
-    assert losses(built("E.......#")) == pytest.approx((1.5,), abs=0.05)
+    assert health_losses(built("E.......#")) == pytest.approx((1.5,), abs=0.05)
 
 
 @pytest.mark.paper("F7", "Eq. 7")

@@ -12,7 +12,7 @@ from reference.evaluation import score
 from reference.evaluation.score import (
     RulerError,
     base_and_control,
-    calibrated,
+    calibrate,
     paper_ruler,
 )
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
@@ -22,7 +22,7 @@ POINTS = (WORST_POINT, BEST_POINT)
 EASY, HARD = (14_000.0, 2418.0), (10_000.0, 3559.0)
 """Two cases on the paper's line E = 1 [F10]."""
 
-REWARDS = st.floats(-1e9, paper_ruler().reward_at(score.LARGEST) - 1)
+REWARDS = st.floats(-1e9, paper_ruler().reward_at(score.LARGEST_Y) - 1)
 DIFFICULTIES = st.floats(0, 4000)
 
 
@@ -109,8 +109,8 @@ def test_without_fire_even_the_best_reward_scores_below_one():
 @pytest.mark.paper("F9", "F12")
 def test_the_procedure_reproduces_the_papers_constants():
     """Two critical points, two equal cases, in any order, and a baseline of E = 1."""
-    ruler = calibrated(*POINTS, (EASY, HARD), [HARD])
-    assert ruler == calibrated(*POINTS, (HARD, EASY), [HARD])
+    ruler = calibrate(*POINTS, (EASY, HARD), [HARD])
+    assert ruler == calibrate(*POINTS, (HARD, EASY), [HARD])
     assert ruler.k == pytest.approx(K, rel=1e-3)
     assert ruler.beta == pytest.approx(BETA, rel=1e-3)
     assert (ruler.base, ruler.control) == (paper_ruler().base, paper_ruler().control)

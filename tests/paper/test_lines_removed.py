@@ -15,7 +15,7 @@ from conftest import ROOT
 from reference.humans import Follower, Leader
 from reference.robots import RobotAlgorithm
 from reference.simulation import Simulation
-from reference.workshop.annotated.words import TITLES, named_in
+from reference.workshop.annotated.words import TITLES, keys_named_in
 
 FILES = [
     str(ROOT / "tests" / "paper" / f"test_{k}.py")
@@ -75,7 +75,11 @@ def change(monkeypatch, kind, old, new):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "line", "old", "new"),
-    [(kind, k, *texts) for kind, place, *texts in CHANGES for k in named_in(place)],
+    [
+        (kind, k, *texts)
+        for kind, place, *texts in CHANGES
+        for k in keys_named_in(place)
+    ],
 )
 def test_a_line_taken_out_is_missed(kind, line, old, new, monkeypatch):
     """By one of its own tests at least."""
@@ -87,5 +91,5 @@ def test_a_line_taken_out_is_missed(kind, line, old, new, monkeypatch):
 
 def test_every_printed_line_but_end_is_taken_out():
     """And nothing that is not printed."""
-    taken = {line for _, place, *_ in CHANGES for line in named_in(place)}
+    taken = {line for _, place, *_ in CHANGES for line in keys_named_in(place)}
     assert taken == {p for p, text in TITLES.items() if ":" in p and text != "end"}

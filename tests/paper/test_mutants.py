@@ -150,8 +150,8 @@ C2 paper
   - FIRE_SOURCES = 8
   + FIRE_SOURCES = 7
 C3 game/observations
-  - _channels(cells, FIRES, kind)[:] = burning
-  + _channels(cells, FIRES, kind)[:] = burning[::-1]
+  - _channels(cells, FLAMES, kind)[:] = burning
+  + _channels(cells, FLAMES, kind)[:] = burning[::-1]
 C4 game/observations
   - rank = np.where(up >= 0, up, floors - up)
   + rank = np.abs(up)
@@ -186,7 +186,7 @@ D2 simulation
   - since % paper.FIRE_EVERY_DECISIONS == 0
   + since % 4 == 0
 D2 fire
-  - cells = fuel(building) & (building.kind == Kind.FLOOR)
+  - cells = burnable(building) & (building.kind == Kind.FLOOR)
   + cells = building.kind == Kind.FLOOR
 D2 building
   - rng.choice(np.argwhere(cells))

@@ -13,13 +13,19 @@ from reference.paper import TABLE_I
 from reference.workshop.annotated import index
 from reference.workshop.annotated.index import (
     boards_of,
+    captioned_boards,
     code_of,
     marked_tests,
     marked_with,
-    passes_of,
 )
 from reference.workshop.annotated.page import anchor, snippet
-from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES, WORDS, named_in
+from reference.workshop.annotated.words import (
+    ANNOTATIONS,
+    CLAUSES,
+    KINDS,
+    TITLES,
+    keys_named_in,
+)
 
 LARGEST = 1_500_000  # bytes of the page
 
@@ -75,7 +81,7 @@ ENDS = {"Alg. 1": [4, 9, 12, 13], "Alg. 2": [4, 10, 18, 21, 22, 23], "Alg. 3": [
 @pytest.mark.parametrize("name", ENDS)
 def test_each_line_of_ours_stands_for_a_printed_one(name):
     """As many, and an end where an end is printed."""
-    ours = WORDS["lines"][name].splitlines()
+    ours = ANNOTATIONS["lines"][name].splitlines()
     ends = [k for k, line in enumerate(ours, 1) if line.strip() == "end"]
     assert ends == ENDS[name] and len(ours) == ends[-1]
 
@@ -83,10 +89,10 @@ def test_each_line_of_ours_stands_for_a_printed_one(name):
 def test_the_page_shows_every_clause_with_its_kinds(elements):
     """And a filter for each kind; the legend counts the clauses of each."""
     named, everything = elements
-    for clause, (kind, title) in WORDS["clauses"].items():
+    for clause, (kind, title) in ANNOTATIONS["clauses"].items():
         shown = text_of(named[anchor(clause)])
         assert kind in shown and title in shown
-        assert WORDS["statements"][clause] in shown
+        assert ANNOTATIONS["statements"][clause] in shown
     legend = text_of(next(e for e in everything if e.get("class") == "legend"))
     for kind in KINDS:
         count = sum(f" {kind}" in e.get("class", "") for e in everything if e.get("id"))
@@ -97,7 +103,7 @@ def test_the_page_shows_every_clause_with_its_kinds(elements):
 
 def test_the_page_shows_every_row_of_the_tables(elements):
     """With the value that is printed."""
-    assert WORDS["rows"].keys() == TABLE_I.keys()
+    assert ANNOTATIONS["rows"].keys() == TABLE_I.keys()
     gamma = text_of(elements[0]["row-gamma"])
     assert "0.9" in gamma and "settings.py" in gamma
 
@@ -139,9 +145,14 @@ def test_a_test_is_shown_with_its_boards(elements):
 def test_a_text_is_parted_into_its_passes():
     """By "then", or by a caption, as each board of a film has it, from the first on."""
     film = "0.2 s: lines 2, 3\n#p..E\nthen\n#..!E"
-    assert passes_of(film) == [("0.2 s: lines 2, 3", ["#p..E"]), ("then", ["#..!E"])]
+    assert captioned_boards(film) == [
+        ("0.2 s: lines 2, 3", ["#p..E"]),
+        ("then", ["#..!E"]),
+    ]
     for test in (test for test in marked_tests() if "_a_film_of_" in test.name):
-        passes = [shown for board in boards_of(test) for shown in passes_of(board)]
+        passes = [
+            shown for board in boards_of(test) for shown in captioned_boards(board)
+        ]
         assert passes[0][0] == "0.0 s: the beginning" and all(dict(passes))
 
 
@@ -190,9 +201,14 @@ def test_from_a_wheel_the_command_says_what_is_missing(tmp_path, monkeypatch, ca
 
 def test_ranges_are_understood():
     """Of lines, figures and clauses; an algorithm means all its lines."""
-    assert named_in("B6, Alg. 2:13-15") == ["B6", "Alg. 2:13", "Alg. 2:14", "Alg. 2:15"]
-    assert named_in("A1-A3") == named_in("A1-3") == ["A1", "A2", "A3"]
-    assert named_in("Figs. 4-5 and Tab. II") == ["Fig. 4", "Fig. 5", "Tab. II"]
+    assert keys_named_in("B6, Alg. 2:13-15") == [
+        "B6",
+        "Alg. 2:13",
+        "Alg. 2:14",
+        "Alg. 2:15",
+    ]
+    assert keys_named_in("A1-A3") == keys_named_in("A1-3") == ["A1", "A2", "A3"]
+    assert keys_named_in("Figs. 4-5 and Tab. II") == ["Fig. 4", "Fig. 5", "Tab. II"]
     assert asked_for("Alg. 3") == ["Alg. 3", *(f"Alg. 3:{k}" for k in range(1, 9))]
 
 

@@ -18,9 +18,14 @@ from reference.paper import InputError
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.training import checkpoints
-from reference.workshop.training.checkpoints import CheckpointError, keep, load, save
+from reference.workshop.training.checkpoints import (
+    CheckpointError,
+    keep_checkpoint,
+    load_checkpoint,
+    save_checkpoint,
+)
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
-from reference.workshop.training.starting import resume
+from reference.workshop.training.starting import resume_training
 from reference.world import FireLit
 
 
@@ -33,7 +38,7 @@ def checkpoint():
 @pytest.fixture
 def path(checkpoint, tmp_path):
     """The file of that checkpoint."""
-    save(checkpoint, tmp_path / "own.pt")
+    save_checkpoint(checkpoint, tmp_path / "own.pt")
     return tmp_path / "own.pt"
 
 
@@ -42,7 +47,7 @@ def path(checkpoint, tmp_path):
 
 def test_what_is_read_is_what_was_written(checkpoint, path):
     """Settings, who plays, networks, optimisers and random states, to the last bit."""
-    read = load(path)
+    read = load_checkpoint(path)
     assert read.task == checkpoint.task
     assert (read.round, read.version) == (checkpoint.round, checkpoint.version)
     assert equal(read.learners, checkpoint.learners)
@@ -55,8 +60,8 @@ def test_networks_that_are_fixed_or_begun_with_are_in_the_file_too(
     """So that a training needs nothing beside its folder to go on."""
     robots, fire = checkpoint.player("robots"), checkpoint.player("fire")
     training = begun(fixed={"fire": (fire,)}, initial={"robots": robots})
-    save(training.checkpoint(), tmp_path / "own.pt")
-    task = load(tmp_path / "own.pt").task
+    save_checkpoint(training.checkpoint(), tmp_path / "own.pt")
+    task = load_checkpoint(tmp_path / "own.pt").task
     for read, who in (*task.fixed["fire"], fire), (task.initial["robots"], robots):
         assert read.settings == who.settings
         assert equal(read.weights, who.weights)
@@ -66,17 +71,17 @@ def test_only_checkpoints_of_the_rounds_named_are_kept(checkpoint, tmp_path):
     """Others' files stay; a folder stands for its newest, even the millionth."""
     (tmp_path / "mine.pt").write_text("my own")
     for number in (2, 999_999, 1_000_000):
-        keep(replace(checkpoint, round=number), tmp_path, [999_999])
+        keep_checkpoint(replace(checkpoint, round=number), tmp_path, [999_999])
     names = ["checkpoint-1000000.pt", "checkpoint-999999.pt", "mine.pt"]
     assert sorted(p.name for p in tmp_path.iterdir()) == names
-    assert load(tmp_path).round == 1_000_000
+    assert load_checkpoint(tmp_path).round == 1_000_000
 
 
 def test_a_full_disk_leaves_the_last_good_checkpoint_as_it_was(checkpoint, path):
     """And nothing half-written beside it; the message says what to do."""
     before = path.read_bytes()
     with room_for(1000), pytest.raises(OSError, match=r"cannot be written.*Make room"):
-        save(replace(checkpoint, round=1), path)
+        save_checkpoint(replace(checkpoint, round=1), path)
     assert path.read_bytes() == before
     assert list(path.parent.iterdir()) == [path]
 
@@ -94,7 +99,7 @@ def test_refuses_a_file_that_was_cut_off_or_has_a_wrong_bit(path, part):
     for damaged in (content[:end], odd):
         path.write_bytes(damaged)
         with pytest.raises(CheckpointError, match=r"own\.pt: is damaged"):
-            load(path)
+            load_checkpoint(path)
 
 
 NAN = {"weight": torch.tensor([0.0, torch.nan])}
@@ -130,14 +135,14 @@ def test_refuses_content_that_is_not_a_checkpoint_s(path, place, value, message)
     inner[last] = value
     torch.save(content, path)
     with pytest.raises(CheckpointError, match=message):
-        load(path)
+        load_checkpoint(path)
 
 
 def test_refuses_to_run_code_that_a_file_brings(tmp_path):
     """Loading is `weights_only`: not even a function's name is looked up."""
     torch.save({"kind": checkpoints.KIND, "task": os.mkdir}, tmp_path / "x.pt")
     with pytest.raises(CheckpointError, match="is no checkpoint"):
-        load(tmp_path / "x.pt")
+        load_checkpoint(tmp_path / "x.pt")
 
 
 @pytest.mark.parametrize(
@@ -151,9 +156,9 @@ def test_refuses_to_run_code_that_a_file_brings(tmp_path):
 def test_refuses_progress_that_is_none(checkpoint, part, value, tmp_path):
     """When a training is to go on, not rounds later."""
     odd = replace(checkpoint, progress=checkpoint.progress | {part: value})
-    save(odd, tmp_path / "checkpoint-1.pt")
+    save_checkpoint(odd, tmp_path / "checkpoint-1.pt")
     with pytest.raises(CheckpointError, match="its parts do not fit each other"):
-        resume(tmp_path)
+        resume_training(tmp_path)
 
 
 def test_refuses_networks_of_another_shape(checkpoint):
@@ -238,6 +243,8 @@ def test_refuses_a_scenario_that_its_network_cannot_read(path, changes, message)
 
 def test_refuses_a_side_that_nobody_learned(tmp_path):
     """The message names the strategy that stood there."""
-    save(begun(fixed={"fire": ("greedy",)}).checkpoint(), tmp_path / "half.pt")
+    save_checkpoint(
+        begun(fixed={"fire": ("greedy",)}).checkpoint(), tmp_path / "half.pt"
+    )
     with pytest.raises(CheckpointError, match="Write --fire greedy"):
         LearnedFire(tmp_path / "half.pt")

@@ -21,7 +21,7 @@ from refusals import refusal
 from reference.__main__ import COMMANDS, main
 from reference.simulation import Simulation
 from reference.workshop.commands import evacuation
-from reference.workshop.comparing.named import NAMES
+from reference.workshop.comparing.named import PLAYER_NAMES
 from reference.workshop.measuring import bench
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.strategies.fires import BusiestFire
@@ -184,7 +184,7 @@ def test_strategies_says_of_everybody_what_they_do(capsys):
     assert f"  busiest     {getdoc(BusiestFire).splitlines()[0]}\n" in listed
     assert main(["strategies", "--json"]) == 0
     about = json.loads(capsys.readouterr().out)
-    assert {side: (*words,) for side, words in about.items()} == NAMES
+    assert {side: (*words,) for side, words in about.items()} == PLAYER_NAMES
     lines = [line for words in about.values() for line in words.values()]
     assert all(line.endswith(".") and len(line) <= 74 for line in lines)
     for command in ("evacuate", "evaluate"):
@@ -293,7 +293,7 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
     """About as many as in RESULTS get out."""
     assert main([]) == 0
     title, *lines = capsys.readouterr().out.splitlines()
-    assert title == f"paper, 40 people, seed {evacuation.TYPICAL}"
+    assert title == f"paper, 40 people, seed {evacuation.TYPICAL_SEED}"
     told = r"[a-z, ]+:  +(\d+) get out alive, with \d+ of 100 health on average"
     out = [int(re.fullmatch(told, line)[1]) for line in lines]
     assert out == pytest.approx([28.3, 37.2, 20.0], abs=3)
@@ -457,7 +457,7 @@ def test_a_mistake_of_our_own_is_not_told_as_the_users(monkeypatch):
 def test_bench_measures_the_world_both_learners_and_rollouts(capsys, monkeypatch):
     """Each in its unit per second; for people a line for each figure."""
     monkeypatch.setattr(
-        bench, "cases", lambda: {"9": (9, 2.0), "too many": (10**5, 1.0)}
+        bench, "crowd_cases", lambda: {"9": (9, 2.0), "too many": (10**5, 1.0)}
     )
     for name in ("RUNS", "BATCHES"):
         monkeypatch.setattr(bench, name, 1)

@@ -18,21 +18,21 @@ from reference.fire import RandomFire
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing import (
-    begin,
+    begin_evaluation,
     cells,
-    evaluate,
-    resume,
+    play_evaluation,
+    resume_evaluation,
     runs,
     table,
 )
-from reference.workshop.comparing.intervals import of_mean
+from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.matches import notes
-from reference.workshop.comparing.results import as_json, baseline_of
-from reference.workshop.maps import find, load
+from reference.workshop.comparing.results import baseline_of, evaluation_as_json
+from reference.workshop.maps import find_map, load
 from reference.workshop.storage.workers import InProcess, one_thread, workers
 from reference.workshop.strategies.guides import Sweep
-from reference.workshop.training.checkpoints import load as load_checkpoint
-from reference.workshop.training.checkpoints import save
+from reference.workshop.training.checkpoints import load_checkpoint as load_checkpoint
+from reference.workshop.training.checkpoints import save_checkpoint
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
@@ -43,7 +43,7 @@ SMALL |= {"people": 4, "episodes": 2}
 @pytest.fixture(scope="module")
 def small():
     """All results of SMALL."""
-    return evaluate(begin(**SMALL), None, InProcess())
+    return play_evaluation(begin_evaluation(**SMALL), None, InProcess())
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def run(tmp_path_factory):
 def interrupted(evaluation, folder, jobs=0):
     """Begin an evaluation, which Ctrl-C ends after so many jobs."""
     with pytest.raises(KeyboardInterrupt):
-        evaluate(evaluation, folder, Stopped(jobs))
+        play_evaluation(evaluation, folder, Stopped(jobs))
 
 
 NOBODY_OUT = {"times": (), "reward": -12000.0}
@@ -91,12 +91,12 @@ def test_runs_of_one_seed_have_the_same_fire_whoever_guides(small):
 @pytest.mark.slow
 def test_it_does_not_matter_who_does_the_jobs(small):
     """Threads or processes, in whichever order they are done."""
-    evaluation = begin(**SMALL)
+    evaluation = begin_evaluation(**SMALL)
     with ThreadPoolExecutor(2) as threads:
-        assert evaluate(evaluation, None, threads) == small
+        assert play_evaluation(evaluation, None, threads) == small
     with workers(1) as processes:
-        assert evaluate(evaluation, Path("out"), processes) == small
-    assert runs.read(Path("out/runs.csv"), evaluation) == small
+        assert play_evaluation(evaluation, Path("out"), processes) == small
+    assert runs.read_runs(Path("out/runs.csv"), evaluation) == small
 
 
 # -- What is kept -------------------------------------------------------------------
@@ -105,12 +105,12 @@ def test_it_does_not_matter_who_does_the_jobs(small):
 def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     """Stopped after two runs; then only the others are played, to the same end."""
     monkeypatch.setattr(runs, "IN_LOCKSTEP", 2)
-    monkeypatch.setattr(runs, "JOBS", 1)
+    monkeypatch.setattr(runs, "JOBS_PER_WORKER", 1)
     folder, whole = Path("stopped"), Path("whole")
-    interrupted(begin(**SMALL), folder, jobs=1)
-    assert runs.read(folder / "runs.csv", begin(**SMALL)) == small[:2]
-    assert evaluate(resume(folder), folder, Stopped(jobs=1)) == small
-    evaluate(begin(**SMALL), whole, InProcess())
+    interrupted(begin_evaluation(**SMALL), folder, jobs=1)
+    assert runs.read_runs(folder / "runs.csv", begin_evaluation(**SMALL)) == small[:2]
+    assert play_evaluation(resume_evaluation(folder), folder, Stopped(jobs=1)) == small
+    play_evaluation(begin_evaluation(**SMALL), whole, InProcess())
     assert (folder / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
 
 
@@ -120,7 +120,7 @@ def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small
     written, told = runs.table_of(path, small[:1]), r"written .* go on with --resume"
     with room_for(path.stat().st_size + 10), pytest.raises(OSError, match=told):
         written.append([row])
-    assert runs.read(path, begin(**SMALL)) == small[:1]
+    assert runs.read_runs(path, begin_evaluation(**SMALL)) == small[:1]
 
 
 # -- Who is asked for ---------------------------------------------------------------
@@ -128,11 +128,11 @@ def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small
 
 def test_a_checkpoint_brings_its_building_and_scenario(run):
     """Scripts then play there too, with as many people."""
-    evaluation = begin(("sweep", str(run)), ("random",), episodes=1)
+    evaluation = begin_evaluation(("sweep", str(run)), ("random",), episodes=1)
     assert evaluation.arena.building == "tiny"
     assert evaluation.arena.people == 6
     assert evaluation.arena.scenario == replace(tiny().scenario, training=False)
-    found = evaluate(evaluation, None, InProcess())
+    found = play_evaluation(evaluation, None, InProcess())
     assert [r.robots for r in found] == ["sweep", str(run)]
     assert all(r.people == 6 for r in found)
 
@@ -142,16 +142,18 @@ def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp
     training, folder = tmp_path / "training", tmp_path / "out"
     shutil.copytree(run, training)
     word, first = str(training), str(training / "checkpoint-000001.pt")
-    evaluate(begin((word,), ("none",), episodes=1), folder, InProcess())
+    play_evaluation(
+        begin_evaluation((word,), ("none",), episodes=1), folder, InProcess()
+    )
     shutil.copy(first, training / "checkpoint-000002.pt")
-    again = resume(folder, fires=("random",))
+    again = resume_evaluation(folder, fires=("random",))
     assert (again.robots, again.files[word]) == ((word,), first)
-    assert {r.robots for r in evaluate(again, folder, InProcess())} == {word}
+    assert {r.robots for r in play_evaluation(again, folder, InProcess())} == {word}
 
 
 def test_each_run_has_strategies_of_its_own_and_the_worst_case_knows_whom_it_meets():
     """They begin as they were made, though they are made once."""
-    evaluation = begin(("patrol",), ("worst-case",), "tiny", people=2)
+    evaluation = begin_evaluation(("patrol",), ("worst-case",), "tiny", people=2)
     runs = evaluation.simulations(evaluation.runs[:2])
     one, other = (run.robot_strategy for run in runs)
     assert one is not other and vars(one) == vars(other)
@@ -165,23 +167,25 @@ def changed_scenario(run, path, **fields):
     settings = checkpoint.task.settings
     scenario = replace(settings.scenario, **fields)
     task = replace(checkpoint.task, settings=replace(settings, scenario=scenario))
-    save(replace(checkpoint, task=task), path)
+    save_checkpoint(replace(checkpoint, task=task), path)
     return str(path)
 
 
 def test_the_heading_says_under_what_a_table_was_played(run, tmp_path):
     """Every field that is not the default, for people and for programs."""
     odd = changed_scenario(run, tmp_path / "odd.pt", sight_range=2.0, rooms=["1/hall"])
-    evaluation = begin((odd,), episodes=1)
+    evaluation = begin_evaluation((odd,), episodes=1)
     title = evaluation.about().partition(":")[0]
     under = "rooms=1/hall, sources=3, time_limit=40, sight_range=2"
     assert title == f"Tiny office, 6 people, {under}"
-    facts = as_json(evaluation, paper_ruler(), [])
+    facts = evaluation_as_json(evaluation, paper_ruler(), [])
     told = {"people": 6, "rooms": ["1/hall"], "sources": 3}
     assert facts["scenario"] == told | {"time_limit": 40.0, "sight_range": 2.0}
-    calm = begin(("none",), building="tiny", scenario={"sources": 0})
+    calm = begin_evaluation(("none",), building="tiny", scenario={"sources": 0})
     assert calm.about().startswith("Tiny office, 40 people, sources=0: ")
-    assert begin(**SMALL).about().startswith("Tiny office, 4 people: 2 robots")
+    assert (
+        begin_evaluation(**SMALL).about().startswith("Tiny office, 4 people: 2 robots")
+    )
 
 
 def test_refuses_checkpoints_of_two_scenarios_in_whichever_order(run, tmp_path):
@@ -190,18 +194,20 @@ def test_refuses_checkpoints_of_two_scenarios_in_whichever_order(run, tmp_path):
     two = changed_scenario(run, tmp_path / "tz.pt", sight_range=2.0, time_limit=50.0)
     for words in ((one, two), (two, one), ("none", two, one)):
         with pytest.raises(InputError) as refused:
-            begin(words, ("none",))
+            begin_evaluation(words, ("none",))
         assert f"--robots {two}: " in str(refused.value) or two in str(refused.value)
         assert "time_limit=50, sight_range=2" in str(refused.value)
     stated = {"sight_range": 4.0, "time_limit": 50.0}
     tables = [
-        evaluate(
-            begin(words, ("random",), episodes=2, scenario=stated), None, Stopped(9)
+        play_evaluation(
+            begin_evaluation(words, ("random",), episodes=2, scenario=stated),
+            None,
+            Stopped(9),
         )
         for words in ((one, two), (two, one))
     ]
     assert sorted(map(str, tables[0])) == sorted(map(str, tables[1]))
-    told = notes(begin((one, two), ("random",), scenario=stated))
+    told = notes(begin_evaluation((one, two), ("random",), scenario=stated))
     assert told[1] == f"--robots {two}: learned under sight_range=2; here it plays " + (
         "under sight_range=4"
     )
@@ -212,15 +218,15 @@ def test_a_kept_drawing_is_told_where_its_file_has_changed(run, tmp_path, monkey
     drawing = tmp_path / "office.txt"
     checkpoint = load_checkpoint(run)
     task = replace(checkpoint.task, building=str(drawing))
-    save(replace(checkpoint, task=task), tmp_path / "net.pt")
-    evaluation = begin((str(tmp_path / "net.pt"),), ("none",), episodes=1)
+    save_checkpoint(replace(checkpoint, task=task), tmp_path / "net.pt")
+    evaluation = begin_evaluation((str(tmp_path / "net.pt"),), ("none",), episodes=1)
     assert notes(evaluation) == []
-    drawing.write_text(find("tiny").read_text())
+    drawing.write_text(find_map("tiny").read_text())
     assert notes(evaluation) == []
-    drawing.write_text(find("paper").read_text())
+    drawing.write_text(find_map("paper").read_text())
     changed = f"{drawing} has changed since; this plays the kept drawing"
     assert notes(evaluation) == [changed]
-    assert as_json(evaluation, None, [])["notes"] == [changed]
+    assert evaluation_as_json(evaluation, None, [])["notes"] == [changed]
 
 
 # -- What it comes to ---------------------------------------------------------------
@@ -233,7 +239,11 @@ def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
     theirs = [result("sweep", seed=k, survival=s) for k, s in ((1, 0.5), (0, 0.25))]
     elsewhere = result("patrol", fire="greedy")
     found = cells([*ours, *theirs, elsewhere], paper_ruler(), "sweep")
-    assert [cell.gain for cell in found] == [of_mean([0.25, 0.5]), (0, 0, 0), None]
+    assert [cell.gain for cell in found] == [
+        interval_of_mean([0.25, 0.5]),
+        (0, 0, 0),
+        None,
+    ]
     first, line, *_ = table(found).splitlines()
     assert "less baseline's" in first
     assert "37.5 [25.0, 50.0]" in line
@@ -279,7 +289,7 @@ def test_where_nobody_gets_out_there_is_no_time_and_no_health():
     """Neither nan nor 0 in any of what is printed and written."""
     dead = cells([result(**NOBODY_OUT), result("none", reward=1e9)], paper_ruler())
     assert dead[0].evacuation_time is dead[0].mean_health is dead[1].score is None
-    facts = as_json(begin(**SMALL), paper_ruler(), dead)
+    facts = evaluation_as_json(begin_evaluation(**SMALL), paper_ruler(), dead)
     assert json.loads(json.dumps(facts, allow_nan=False)) == facts
     assert "nan" not in table(dead) and "inf" not in table(dead)
 
@@ -306,28 +316,30 @@ def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
     network, drawing = tmp_path / "net.pt", tmp_path / "office.txt"
     first = run / "checkpoint-000001.pt"
     shutil.copy(first, network)
-    drawing.write_text(find("tiny").read_text())
+    drawing.write_text(find_map("tiny").read_text())
     words = {"robots": (str(network),), "fires": ("none",), "building": str(drawing)}
-    evaluation = begin(**words, episodes=1)
-    evaluate(evaluation, tmp_path / "out", InProcess())
-    assert resume(tmp_path / "out").digests == evaluation.digests
+    evaluation = begin_evaluation(**words, episodes=1)
+    play_evaluation(evaluation, tmp_path / "out", InProcess())
+    assert resume_evaluation(tmp_path / "out").digests == evaluation.digests
 
     checkpoint = load_checkpoint(first)
-    save(replace(checkpoint, round=2), network)
+    save_checkpoint(replace(checkpoint, round=2), network)
     changed = rf"evaluation.json: {network} has changed since\. Take another folder"
     with pytest.raises(InputError, match=changed):
-        resume(tmp_path / "out", fires=("random",))
+        resume_evaluation(tmp_path / "out", fires=("random",))
     with pytest.raises(InputError, match=changed):
-        evaluate(begin(**words, episodes=2), tmp_path / "out", InProcess())
+        play_evaluation(
+            begin_evaluation(**words, episodes=2), tmp_path / "out", InProcess()
+        )
     with pytest.raises(InputError, match=rf"^{network} has changed since"):
         evaluation.simulations(evaluation.runs)
 
     shutil.copy(first, network)
     drawing.write_text(drawing.read_text().replace("Tiny", "Small"))
     with pytest.raises(InputError, match=rf"{drawing} has changed since"):
-        resume(tmp_path / "out")
+        resume_evaluation(tmp_path / "out")
     drawing.unlink()  # nothing else can be meant: the kept one is played
-    assert resume(tmp_path / "out").digests.keys() == {str(network)}
+    assert resume_evaluation(tmp_path / "out").digests.keys() == {str(network)}
 
 
 @pytest.mark.parametrize(
@@ -347,10 +359,10 @@ def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
 def test_refuses_files_that_are_not_its_own(file, old, new, message):
     """Or that another version wrote, in which runs may end otherwise."""
     path = Path("out") / file
-    interrupted(begin(**SMALL), Path("out"))
+    interrupted(begin_evaluation(**SMALL), Path("out"))
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(ValueError, match=message):
-        evaluate(resume(Path("out")), Path("out"), InProcess())
+        play_evaluation(resume_evaluation(Path("out")), Path("out"), InProcess())
 
 
 @pytest.fixture(scope="module")
@@ -358,9 +370,9 @@ def edited(small):
     """Write one row of SMALL's runs with changes, read it back with others."""
 
     def read(folder, *rows):
-        evaluation = begin(**SMALL)
+        evaluation = begin_evaluation(**SMALL)
         runs.table_of(folder / "runs.csv", rows)
-        return runs.read(folder / "runs.csv", evaluation)
+        return runs.read_runs(folder / "runs.csv", evaluation)
 
     return read
 
@@ -443,4 +455,6 @@ def test_refuses_rows_that_do_not_add_up_and_those_of_other_people(small):
     for row, people in ((replace(small[0], died=5), 4), (small[0], 5)):
         runs.table_of(path, [row])
         with pytest.raises(InputError, match=r"runs.csv:2: .*people do not add up, or"):
-            evaluate(begin(**SMALL | {"people": people}), folder, Stopped())
+            play_evaluation(
+                begin_evaluation(**SMALL | {"people": people}), folder, Stopped()
+            )

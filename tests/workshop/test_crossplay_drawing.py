@@ -8,7 +8,7 @@ from pages import overlaps
 from reference.evaluation.score import paper_ruler
 from reference.workshop.comparing import cells
 from reference.workshop.comparing.results import mean_and_interval
-from reference.workshop.drawing.crossplay import curves, matrix
+from reference.workshop.drawing.crossplay import evacuation_curves, matrix
 
 ROBOTS = ["none", *(f"out/laptop-{k}/checkpoint-000120.pt" for k in range(25))]
 FIRES = [*"abcdef", "out/a-folder-with-a-name-that-nobody-types-twice", "$x_1$"]
@@ -30,7 +30,7 @@ def test_nothing_overlaps_in_either_picture(size):
     """From one match to many, with checkpoints among the names; nor do curves agree."""
     found = results(ROBOTS[: size[0]], FIRES[-size[1] :], runs=2)
     assert overlaps(matrix(cells(found, paper_ruler()))) == []
-    figure = curves(found)
+    figure = evacuation_curves(found)
     assert overlaps(figure) == []
     lines = figure.axes[0].lines
     assert len({(x.get_color(), x.get_linestyle()) for x in lines}) == size[0]
@@ -62,7 +62,7 @@ def test_orange_is_where_the_fire_wins_and_blue_where_the_robots_do():
 def test_a_curve_ends_at_the_mean_survival_within_its_band():
     """A panel for each fire, a line for each robots."""
     runs = results(("none", "sweep"), ("random", "greedy"))
-    panels = curves(runs).axes
+    panels = evacuation_curves(runs).axes
     assert len(panels) == 2
     mean = cells(runs, paper_ruler())[0].survival.mean
     line = panels[0].lines[0]

@@ -11,8 +11,8 @@ from reference.building import Kind
 from reference.fire import RandomFire
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop.drawing import crowded
-from reference.workshop.measuring.crowding import Crowding, crowding
+from reference.workshop.drawing import crowding_map
+from reference.workshop.measuring.crowding import Crowding, measure_crowding
 from reference.world import Fate
 
 ROOMS = """#########
@@ -43,7 +43,7 @@ def test_everybody_who_died_is_counted_where_they_lie():
     runs = [Simulation(tiny, rule, fire=RandomFire(), seed=seed) for seed in (1, 2)]
     for run in runs:
         run.world.bodies.health[:4] = 1.0
-    seen = crowding(runs)
+    seen = measure_crowding(runs)
     dead = [run.world.bodies.fate == Fate.DEAD for run in runs]
     assert (seen.runs, seen.building) == (2, tiny)
     assert seen.deaths.sum() == sum(map(np.sum, dead)) >= 8
@@ -59,11 +59,11 @@ def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
     deaths[0, 3, 5] = 2
     density = np.where(tiny.walkable, 0.5, 0.0)
     seen = SimpleNamespace(building=tiny, runs=7, density=density, deaths=deaths)
-    figure = crowded(seen)
+    figure = crowding_map(seen)
     assert "Tiny office: 7 evacuations, 2 died" in writing(figure)
     assert "died here (larger: more people)" in writing(figure)
     assert overlaps(figure) == []
     name = "out/with-a-very-long-name/seed-3/checkpoints/checkpoint-000120.pt"
     seen.deaths = 0 * deaths
-    said = " ".join(writing(crowded(seen, f"guided by {name}, no fire")))
+    said = " ".join(writing(crowding_map(seen, f"guided by {name}, no fire")))
     assert "120.pt, no fire: 7 evacuations, 0 died" in said and "died here" not in said

@@ -12,7 +12,7 @@ from reference.workshop.storage.files import Table
 from reference.workshop.training import summaries
 
 VALUE = "Losses/Value Loss"
-FIGURES = summaries.COLUMNS[len(summaries.WHEN) :]
+FIGURES = summaries.SUMMARY_COLUMNS[len(summaries.WHEN_COLUMNS) :]
 
 TOGETHER = [("together", 6)]
 IMITATED = [("critic", 5), ("together", 25)]
@@ -40,8 +40,8 @@ def run(tmp_path):
     def written(name, *args, **more):
         (tmp_path / name).mkdir()
         file = tmp_path / name / "summaries.csv"
-        Table(file, summaries.COLUMNS, rows(*args, **more))
-        return curves.read(tmp_path / name)
+        Table(file, summaries.SUMMARY_COLUMNS, rows(*args, **more))
+        return curves.read_summaries(tmp_path / name)
 
     return written
 
@@ -68,27 +68,27 @@ def test_a_row_that_is_still_being_written_is_left_out(run, tmp_path):
     run("a", TOGETHER)
     file = tmp_path / "a" / "summaries.csv"
     file.write_text(file.read_text()[:-5])
-    side = curves.read(file).columns["side"].tolist()
+    side = curves.read_summaries(file).columns["side"].tolist()
     assert (side.count("robots"), side.count("fire")) == (6, 5)
 
 
 def test_an_empty_cell_is_no_point_of_a_curve(run):
     """Where nothing was updated there is no loss, and not a loss of zero."""
     imitated = run("a", TOGETHER, imitation=3)
-    ((x, _),) = curves.points([imitated], "robots", VALUE)
+    ((x, _),) = curves.curves_of([imitated], "robots", VALUE)
     assert x.tolist() == [10, 20, 30, 40, 50, 60]
 
 
 def test_refuses_a_folder_without_a_table(tmp_path):
     """The message says what would do."""
     with pytest.raises(FileNotFoundError, match=r"Name the folder of a training"):
-        curves.read(tmp_path)
+        curves.read_summaries(tmp_path)
 
 
 def test_refuses_a_training_that_has_only_imitated_so_far(run):
     """Rows there are, but none with a reward."""
     with pytest.raises(ValueError, match="train for longer"):
-        curves.figure([run("a", [], imitation=3)])
+        curves.learning_curves([run("a", [], imitation=3)])
 
 
 # -- The lines ----------------------------------------------------------------------
@@ -107,7 +107,7 @@ def test_a_running_mean_agrees_with_the_sum_written_out():
 def test_the_mean_of_runs_is_drawn_where_all_of_them_are():
     """From 1 to 3 here, at half way between the two."""
     ramp = np.array([0.0, 3.0])
-    x, y = curves.mean_of([(ramp, ramp), (ramp + 1, ramp + 3)])
+    x, y = curves.mean_curve([(ramp, ramp), (ramp + 1, ramp + 3)])
     assert (x[0], x[-1]) == (1, 3)
     np.testing.assert_allclose(y, x + 1)
 
@@ -119,7 +119,7 @@ def test_the_mean_of_runs_is_drawn_where_all_of_them_are():
 def test_both_sides_share_the_axis_of_episodes(run):
     """In their colours, up to the same episode; rows are wider apart than a mean."""
     one = run("a", TOGETHER)
-    axes = panel(curves.figure([one]), "entropy of the policies")
+    axes = panel(curves.learning_curves([one]), "entropy of the policies")
     for side, colour in (("robots", BLUE), ("fire", EMBER)):
         ((x, y),) = bold(axes, colour)
         assert x.tolist() == [10, 20, 30, 40, 50, 60]
@@ -130,7 +130,7 @@ def test_both_sides_share_the_axis_of_episodes(run):
 def test_several_seeds_are_thin_lines_with_their_mean_in_bold(run):
     """One bold line for three runs."""
     runs = [run(str(seed), TOGETHER, seed) for seed in range(3)]
-    axes = panel(curves.figure(runs), "entropy of the policies")
+    axes = panel(curves.learning_curves(runs), "entropy of the policies")
     blue = [line for line in axes.lines if to_hex(line.get_color()) == BLUE]
     lines = [line.get_linewidth() for line in blue if len(line.get_xdata())]
     assert sorted(lines) == [0.9, 0.9, 0.9, 2]
@@ -140,12 +140,12 @@ def test_several_seeds_are_thin_lines_with_their_mean_in_bold(run):
 def test_nothing_overlaps_and_nothing_is_clipped(run, phases, count):
     """Of one training or of several, one can read all words on the page."""
     runs = [run(str(k), phases, k, imitation=3 * (k % 2)) for k in range(count)]
-    assert overlaps(curves.figure(runs)) == []
-    assert overlaps(curves.of_arms({"a": runs, "b": runs[:1]})) == []
+    assert overlaps(curves.learning_curves(runs)) == []
+    assert overlaps(curves.curves_of_arms({"a": runs, "b": runs[:1]})) == []
 
 
 def test_a_side_that_does_not_learn_is_neither_drawn_nor_in_the_legend(run):
     """A scripted fire has no entropy and no losses."""
-    figure = curves.figure([run("a", [("robots", 6)])])
+    figure = curves.learning_curves([run("a", [("robots", 6)])])
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == ["robots", "people", "robots' baseline"]

@@ -18,15 +18,20 @@ from conftest import ROOT
 from trainings import Stopped, begun, tiny, trained
 
 from reference.paper import InputError
-from reference.workshop.comparing import begin, design, evaluate, resume
-from reference.workshop.drawing.curves import read as read_summaries
+from reference.workshop.comparing import (
+    begin_evaluation,
+    design,
+    play_evaluation,
+    resume_evaluation,
+)
+from reference.workshop.drawing.curves import read_summaries as read_summaries
 from reference.workshop.storage.files import read_json
 from reference.workshop.storage.records import record_from
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import LearnedRobots
 from reference.workshop.training.presets import preset
-from reference.workshop.training.starting import resume as resume_training
+from reference.workshop.training.starting import resume_training as resume_training
 
 ODD = (
     *(None, True, -1, 0, 1, 2, 0.5, 10**9, 10**30, -(10**400), 1e18, 1e-300),
@@ -107,7 +112,7 @@ def write(parts: Any, path: Path) -> None:
 
 def _evaluation(path: Path) -> None:
     with suppress(KeyboardInterrupt):
-        evaluate(resume(path.parent), path.parent, Stopped())
+        play_evaluation(resume_evaluation(path.parent), path.parent, Stopped())
 
 
 OURS = {
@@ -126,7 +131,7 @@ KINDS = {
     "checkpoint resumed": Kind(
         "run/checkpoint-000002.pt", lambda p: resume_training(p.parent), "run", 50
     ),
-    "experiment": Kind("tiny.toml", design.read, cases=50),
+    "experiment": Kind("tiny.toml", design.read_experiment, cases=50),
     "experiment's parts": Kind(
         "tiny.json",
         lambda p: record_from(design.Experiment, read_json(p), str(p)),
@@ -139,8 +144,8 @@ KINDS = {
 def whole(tmp_path_factory):
     """A folder with a file of every kind, all whole."""
     folder = tmp_path_factory.mktemp("whole")
-    few = begin(("none",), ("none", "random"), "tiny", people=2, episodes=1)
-    evaluate(few, folder / "evaluation", InProcess())
+    few = begin_evaluation(("none",), ("none", "random"), "tiny", people=2, episodes=1)
+    play_evaluation(few, folder / "evaluation", InProcess())
     shutil.copy(ROOT / "tutorials" / "experiments" / "tiny.toml", folder)
     write(tomllib.loads((folder / "tiny.toml").read_text()), folder / "tiny.json")
     unity = parts_of(ROOT / "tests" / "workshop" / "trainers" / "unity.yaml")

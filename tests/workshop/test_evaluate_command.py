@@ -145,7 +145,7 @@ def test_who_stops_is_told_how_to_go_on(monkeypatch, capsys):
         signal.raise_signal(signal.SIGINT)
         return []
 
-    monkeypatch.setattr(runs, "evaluate", stopped)
+    monkeypatch.setattr(runs, "play_evaluation", stopped)
     assert main(f"{SMALL} --out eval --baseline sweep".split()) == 130
     again = capsys.readouterr().err.splitlines()[-1]
     assert again.split()[3:] == [

@@ -23,19 +23,23 @@ from reference.__main__ import main
 from reference.paper import InputError
 from reference.workshop.commands import common
 from reference.workshop.comparing import jobs, report
-from reference.workshop.comparing.design import Experiment, read
+from reference.workshop.comparing.design import Experiment, read_experiment
 from reference.workshop.comparing.jobs import (
     arm_of,
     finish_trainings,
-    folders,
     play_tests,
+    training_folders,
 )
-from reference.workshop.comparing.report import OWN, Results
+from reference.workshop.comparing.report import OWN_FIRE, Results
 from reference.workshop.storage import workers as workforce
 from reference.workshop.storage.records import SettingsError, record_from
-from reference.workshop.storage.runs import held
+from reference.workshop.storage.runs import locked
 from reference.workshop.storage.workers import InProcess, cluster
-from reference.workshop.training.checkpoints import load, newest, save
+from reference.workshop.training.checkpoints import (
+    load_checkpoint,
+    newest_checkpoint,
+    save_checkpoint,
+)
 from reference.workshop.training.rounds import Training
 
 FILES = ROOT / "tutorials" / "experiments"
@@ -110,8 +114,8 @@ def test_a_training_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypat
             raise MemoryError("no more")
         return train(training, *rest)
 
-    train = jobs.train
-    monkeypatch.setattr(jobs, "train", broken)
+    train = jobs.run_training
+    monkeypatch.setattr(jobs, "run_training", broken)
     failed = finish_trainings(small(), tmp_path, InProcess())
     assert failed == {"ppo-3": "MemoryError: no more"}
     results = play_tests(small(), tmp_path, InProcess())
@@ -120,7 +124,7 @@ def test_a_training_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypat
 
 def test_a_worker_that_trains_elsewhere_is_told(tmp_path, monkeypatch):
     """On a machine that does not share the folder."""
-    monkeypatch.setattr(jobs, "fit", lambda job: "")
+    monkeypatch.setattr(jobs, "train_in", lambda job: "")
     (why, _) = finish_trainings(small(), tmp_path, InProcess()).values()
     assert "learning-3" in why and "Name one that all share" in why
 
@@ -128,7 +132,7 @@ def test_a_worker_that_trains_elsewhere_is_told(tmp_path, monkeypatch):
 def test_damage_is_told_and_what_is_removed_is_made_anew(whole, tmp_path):
     """A checkpoint, and its training, to the same end."""
     copytree(whole, tmp_path, dirs_exist_ok=True)
-    folder = folders(small(), tmp_path)["learning-3"]
+    folder = training_folders(small(), tmp_path)["learning-3"]
     rmtree(next(tmp_path.glob("tests-*")))
     first, path = sorted(folder.glob("*.pt"))  # the fire keeps the first
     path.write_bytes(path.read_bytes()[:5000])
@@ -143,9 +147,9 @@ def test_damage_is_told_and_what_is_removed_is_made_anew(whole, tmp_path):
 def test_refuses_tests_of_two_networks_under_the_name_of_one_training(whole, tmp_path):
     """Somebody has put another checkpoint in its folder; the table would mix both."""
     copytree(whole, tmp_path, dirs_exist_ok=True)
-    folder = folders(small(), tmp_path)["learning-3"]
-    path = newest(folder)
-    save(replace(load(path), round=9), path)
+    folder = training_folders(small(), tmp_path)["learning-3"]
+    path = newest_checkpoint(folder)
+    save_checkpoint(replace(load_checkpoint(path), round=9), path)
     (table,) = tmp_path.glob("tests-*/evaluation.json")
     with pytest.raises(InputError, match=rf"{table}: {path} has changed since"):
         play_tests(small(), tmp_path, InProcess())
@@ -154,8 +158,8 @@ def test_refuses_tests_of_two_networks_under_the_name_of_one_training(whole, tmp
 @pytest.mark.paper("E6")
 def test_a_training_ends_when_its_robots_have_had_their_decisions(whole):
     """They have their 20 long before the fire."""
-    for folder in folders(small(), whole).values():
-        learners = Training.resumed(load(folder)).learners
+    for folder in training_folders(small(), whole).values():
+        learners = Training.resumed(load_checkpoint(folder)).learners
         assert learners["fire"].steps < 20 <= learners["robots"].steps
 
 
@@ -223,7 +227,7 @@ def test_a_cluster_is_waited_for_and_told_when_it_ends(machines, capsys):
 
 def test_refuses_a_cluster_that_does_not_answer(monkeypatch):
     """Or Dask that is not there; in one message."""
-    monkeypatch.setattr(workforce, "ANSWER", 0.2)
+    monkeypatch.setattr(workforce, "ANSWER_SECONDS", 0.2)
     with (
         pytest.raises(InputError, match="no Dask scheduler answers"),
         cluster("tcp://127.0.0.1:9"),
@@ -234,9 +238,9 @@ def test_refuses_a_cluster_that_does_not_answer(monkeypatch):
 def test_two_processes_never_write_one_training(tmp_path):
     """A worker of a cluster may be at it still when its command has been stopped."""
     experiment = small()
-    (team, folder), *_ = folders(experiment, tmp_path).items()
-    with held(folder, True, list):
-        why = jobs.fit((experiment.trainings[team], str(folder)))
+    (team, folder), *_ = training_folders(experiment, tmp_path).items()
+    with locked(folder, True, list):
+        why = jobs.train_in((experiment.trainings[team], str(folder)))
     assert f"{folder}: another run is at work in it" in why
 
 
@@ -247,7 +251,7 @@ def test_stopped_on_a_cluster_it_says_who_goes_on_and_how(monkeypatch, tmp_path)
         pytest.raises(
             KeyboardInterrupt, match=r"Workers finish .*\n.* --cluster tcp:x"
         ),
-        common.resumable(Namespace(cluster="tcp:x", resume=True), tmp_path, list),
+        common.run_in_folder(Namespace(cluster="tcp:x", resume=True), tmp_path, list),
     ):
         signal.raise_signal(signal.SIGINT)
 
@@ -271,7 +275,7 @@ def test_the_tiny_experiment_makes_every_part(made):
     """Page and picture; the matrix with its own and others' fires."""
     folder, told = made
     fires = {c["fire"] for c in told["cells"] if c["robots"] == "learning"}
-    assert fires == {"random", OWN, "learning's fires"}
+    assert fires == {"random", OWN_FIRE, "learning's fires"}
     rows = {cell["robots"] for cell in told["cells"]}
     assert rows == {"random_fire", "learning", "none", "sweep"}
     text = (folder / "page.md").read_text()
@@ -323,9 +327,9 @@ def test_an_arm_has_a_row_and_a_kind_of_fire_a_column():
     assert [fire for robots, fire in cells if robots == "learning"] == [
         "random",
         "learning's fires",
-        OWN,
+        OWN_FIRE,
     ]
-    assert cells["learning", OWN].n == 20
+    assert cells["learning", OWN_FIRE].n == 20
     assert cells["learning", "learning's fires"].n == 40
     random = cells["learning", "random"].survival
     assert random == pytest.approx((2.5 / 3, 0.8, 0.9))
@@ -345,13 +349,13 @@ def test_the_answer_is_what_the_intervals_say(ppo, words):
     """Above 0, below 0 or around it; preliminary with fewer than five trainings."""
     results = outcome(learning=8, ppo=ppo)
     assert words in results.answer()
-    assert results.answer() in report.page(results, "a.png", "b.png")
+    assert results.answer() in report.report_page(results, "a.png", "b.png")
 
 
 def test_the_page_says_what_was_asked_and_done():
     """Every row of the file, and the version, under the question."""
     asked = small(question="Is it *so*?")
-    told = report.page(Results(asked, [result("ppo-3")]), "a", "b")
+    told = report.report_page(Results(asked, [result("ppo-3")]), "a", "b")
     assert f"version {reference.__version__}" in told
     assert '"trainer_type": "ppo"' in told and '"hidden_units": 8' in told
     assert told.startswith("# Is it *so*?\n\n")
@@ -364,7 +368,7 @@ def test_the_page_says_what_was_asked_and_done():
 @pytest.mark.parametrize("file", sorted(FILES.glob("*.toml")), ids=lambda f: f.name)
 def test_the_files_that_ship_can_be_read(file):
     """And every arm has the same budget."""
-    experiment = read(file)
+    experiment = read_experiment(file)
     for name in experiment.arms:
         settings, _ = experiment.arm(name)
         both = settings.robots.max_steps, settings.fire.max_steps

@@ -7,10 +7,10 @@ import pytest
 from movies import shipped, stage, wait
 
 from reference.building import Kind
-from reference.fire import RandomFire, fuel
+from reference.fire import RandomFire, burnable
 from reference.game.environment import destination
 from reference.game.observations import (
-    headed,
+    robot_destinations,
     robot_vectors,
     to_normalised,
     vector_layout,
@@ -19,11 +19,11 @@ from reference.navigation import navigation_of
 from reference.paper import SIGHT_RANGE, Scenario
 from reference.robots import actual_target, said_on_the_way
 from reference.simulation import Simulation
-from reference.workshop.remedies.frame import ASTRAY, KEEP, STAY, UNIT, near
-from reference.workshop.remedies.settings import RobotsFrame
+from reference.workshop.anchors.frame import ASTRAY, KEEP, UNIT, WAIT, nearness
+from reference.workshop.anchors.settings import RobotsFrame
 from reference.workshop.strategies.fires import places_beside
 from reference.workshop.strategies.guides import Sweep
-from reference.workshop.strategies.observed import guides, rims, way_marks
+from reference.workshop.strategies.observed import guard_points, guess_guides, way_marks
 from reference.workshop.training.presets import preset
 from reference.world import NOBODY, NOWHERE
 
@@ -53,7 +53,7 @@ def seen(sim, masks=False, going=None):
     going: where all of them are headed, metres, if not where the simulation says
     """
     frame = frame_of(sim, masks)
-    aims = headed(sim.world)
+    aims = robot_destinations(sim.world)
     if going is not None:
         aims[:] = to_normalised(sim.building, np.array(going))
     found = frame.read(robot_vectors(sim.world, sim.scenario), aims)
@@ -89,7 +89,7 @@ def test_people_whom_nobody_leads_come_first_the_nearest_on_foot_first():
     x = {"p": 0.0, "q": -0.8, "r": 0.6, "s": 1.3}
     assert np.allclose(first[:, 0], [x["r"], x["q"], x["p"], x["s"]], atol=1e-6)
     assert np.allclose(second[:, 0] + 1.2, [x["r"], x["q"], x["s"], x["p"]], atol=1e-6)
-    assert first[0, 3] == pytest.approx(near(6.0)) == pytest.approx(1 / (1 + 6 / 5))
+    assert first[0, 3] == pytest.approx(nearness(6.0)) == pytest.approx(1 / (1 + 6 / 5))
 
 
 @pytest.mark.paper("C4", "chosen")
@@ -110,7 +110,7 @@ def test_what_moves_together_looks_the_same_to_a_robot():
     same = slice(first, first + (4 + 1 + 2) * WIDTH)  # people, a mate, fires
     assert np.allclose(one[:, same], other[:, same], atol=1e-6)
     off = anchors(frame, other)[0] - anchors(frame, one)[0]
-    still = STAY + 1, STAY + 2  # the exit, and where to guard it
+    still = WAIT + 1, WAIT + 2  # the exit, and where to guard it
     assert np.allclose(off[:, still], (-2 / UNIT, 0), atol=1e-6)
     assert np.allclose(np.delete(off, still, axis=1), 0, atol=1e-6)
 
@@ -177,12 +177,12 @@ def test_a_rim_is_the_nearest_cell_to_a_way_that_flames_may_enter(name):
     for floor in range(building.floors):
         marks = [m for m in building.landmarks if m.floor == floor]
         ways = [m.index for m in marks if m.kind is not Kind.DOOR]
-        found = rims(building, floor)
+        found = guard_points(building, floor)
         assert len(found) == len(ways)
         for point, way in zip(found, ways, strict=True):
             assert actual_target(building, floor, *point) == tuple(point)
             (place,) = nav.places_at(np.array([floor]), point[None])
-            assert fuel(building).ravel()[place]
+            assert burnable(building).ravel()[place]
             (first,) = places_beside(building, [way])
             at = tuple(nav.centres[first].tolist())
             assert place == first or actual_target(building, floor, *at) != at
@@ -205,7 +205,7 @@ def test_where_to_guard_is_told_in_the_same_order_wherever_one_stands():
     frame, found = seen(sim)
     at = [robot.position for robot in sim.world.robots]
     spots = anchors(frame, found)[0] * UNIT + np.array(at)[:, None]
-    ways, marks = np.split(spots[:, STAY + 1 : STAY + 9], 2, axis=1)
+    ways, marks = np.split(spots[:, WAIT + 1 : WAIT + 9], 2, axis=1)
     assert np.allclose(marks[0], marks[1], atol=1e-4)
     assert not np.allclose(ways[0], ways[1], atol=1e-4)
 
@@ -214,10 +214,10 @@ def test_where_to_guard_is_told_in_the_same_order_wherever_one_stands():
 def test_masks_never_forbid_to_guard():
     """To a rim or on the way to one, though nobody is lost there and nobody led."""
     sim = stage(HALL.replace("q", ".").replace("p", ".").replace("r", "."))
-    (rim,) = rims(sim.building, 0)
+    (rim,) = guard_points(sim.building, 0)
     for going, keeps in ((rim, True), (rim - (5, 0), False)):
         _, allowed = anchors(*seen(sim, masks=True, going=going))
-        assert allowed[0, [KEEP, STAY + 1, STAY + 2]].tolist() == [keeps, False, True]
+        assert allowed[0, [KEEP, WAIT + 1, WAIT + 2]].tolist() == [keeps, False, True]
 
 
 @pytest.mark.paper("C5", "chosen")
@@ -235,7 +235,7 @@ def test_masks_forbid_what_helps_nobody():
     for going, keeps in ((r, [True, True]), (exit_, [True, False])):
         _, allowed = anchors(*seen(sim, masks=True, going=going))
         assert allowed[:, KEEP].tolist() == keeps
-        assert allowed[:, STAY + 1].tolist() == [True, False]
+        assert allowed[:, WAIT + 1].tolist() == [True, False]
     _, allowed = anchors(*seen(sim, masks=True, going=(-1.5, 2.5)))
     assert ASTRAY > 5 and allowed[:, KEEP].all()  # r is less than 5 m from there
 
@@ -249,7 +249,7 @@ def test_the_nearest_robot_in_sight_on_foot_is_the_guide():
     robots, folk = rng.choice(free, (3, 6)), rng.choice(free, (3, 40))
     at_work, walking = rng.random((3, 6)) < 0.7, rng.random((3, 40)) < 0.9
     robots[:, 1] = folk[:, 0]
-    found = guides(nav, robots, at_work, folk, walking)
+    found = guess_guides(nav, robots, at_work, folk, walking)
     for world in range(3):
         for k, place in enumerate(folk[world].tolist()):
             way = [nav.distances([p])[place] for p in robots[world].tolist()]
@@ -258,4 +258,4 @@ def test_the_nearest_robot_in_sight_on_foot_is_the_guide():
             assert found[world, k] == (way.argmin() if led else NOBODY)
     assert (found != NOBODY).any()
     nobody = np.zeros((3, 0), dtype=int)
-    assert (guides(nav, nobody, nobody > 0, folk, walking) == NOBODY).all()
+    assert (guess_guides(nav, nobody, nobody > 0, folk, walking) == NOBODY).all()

@@ -7,7 +7,7 @@ from lives import SIZES, life, settings
 from reference.learning.experience import Decisions
 from reference.learning.poca import Learner
 from reference.learning.ppo import normalised
-from reference.workshop.training.gradient import EXPLAINED, SIGNAL, figures
+from reference.workshop.training.gradient import EXPLAINED, SIGNAL, measure_signal
 
 
 def filled(count=8, seed=0):
@@ -42,7 +42,7 @@ def test_signal_to_noise_is_of_the_lives_gradients():
     noise = g.var(dim=0).sum() / len(g)
     signal = g.mean(dim=0).square().sum() - noise
     before = learner.buffer[0].advantages.clone()
-    found = figures(learner)[SIGNAL]
+    found = measure_signal(learner)[SIGNAL]
     assert found == pytest.approx((signal / noise).item(), rel=1e-3)
     assert torch.equal(learner.buffer[0].advantages, before)
 
@@ -56,10 +56,10 @@ def test_where_advantages_are_noise_there_is_no_signal():
         learner = filled(seed=100 * k)
         for part in learner.buffer:
             part.advantages = torch.randn(part.advantages.shape)
-        noise.append(figures(learner)[SIGNAL])
+        noise.append(measure_signal(learner)[SIGNAL])
         for part in learner.buffer:
             part.advantages = part.actions[..., 0]
-        signal.append(figures(learner)[SIGNAL])
+        signal.append(measure_signal(learner)[SIGNAL])
     assert abs(sum(noise) / 12) < 0.2 < 2 < sum(signal) / 12
 
 
@@ -70,6 +70,6 @@ def test_what_the_critic_explains_is_a_share_of_the_variance_of_returns():
     off = part.returns - part.returns[part.alive].mean()
     for share, explained in ((1.0, 1.0), (0.5, 0.75), (0.0, 0.0)):
         part.values = share * off
-        found = figures(learner)
+        found = measure_signal(learner)
         assert found[EXPLAINED] == pytest.approx(explained, abs=1e-6)
         assert SIGNAL not in found

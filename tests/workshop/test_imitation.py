@@ -11,13 +11,13 @@ from trainings import TINY, begun, tiny
 from reference.building import building_of
 from reference.fire import RandomFire
 from reference.game.codec import Moment
-from reference.game.observations import headed, robot_vectors
+from reference.game.observations import robot_destinations, robot_vectors
 from reference.learning.adversarial import player_of
 from reference.learning.experience import Decisions, decisions_of
-from reference.learning.players import Learned
+from reference.learning.players import LearnedNetwork
 from reference.learning.rollouts import play
 from reference.simulation import Simulation
-from reference.workshop.remedies.frame import KEEP, STAY, UNIT
+from reference.workshop.anchors.frame import KEEP, UNIT, WAIT
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.imitation import Demonstration
 
@@ -87,7 +87,7 @@ def test_the_critic_of_a_policy_made_elsewhere_learns_alone_at_first(imitates):
         training.learn([e for job in training.jobs() for e in play(job)])
     else:
         theirs = begun(settings, seed=1).learners["robots"]
-        given = Learned(theirs.settings, theirs.actor.state_dict())
+        given = LearnedNetwork(theirs.settings, theirs.actor.state_dict())
         training = begun(settings, initial={"robots": given})
     robots = training.learners["robots"]
     for moves in (False, True):
@@ -106,7 +106,7 @@ def test_robots_imitate_under_the_fires_that_they_then_learn_under():
     while not training.imitated:
         training.learn([e for job in training.jobs() for e in play(job)])
     assert before == {type(job.fire) for job in training.jobs()}
-    assert before == {RandomFire, Learned}
+    assert before == {RandomFire, LearnedNetwork}
 
 
 @pytest.mark.paper("C5", "chosen")
@@ -117,7 +117,7 @@ def test_a_mixture_is_taught_the_point_that_the_teacher_means():
         "robots", building_of(TINY), settings.scenario
     )
     moment = after_8_s(settings.scenario)
-    under_way = ~np.isnan(headed(moment.world)[:, 0])
+    under_way = ~np.isnan(robot_destinations(moment.world)[:, 0])
     assert under_way.any()
     nothing_new = np.full((len(moment.alive), 2), np.nan, dtype=np.float32)
     told = teacher._recorded(moment, nothing_new)
@@ -125,8 +125,8 @@ def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     K = teacher.codec.anchors
     anchors = seen[:, : 2 * K].reshape(-1, K, 2)
     keep = anchors[:, KEEP]
-    stay = anchors[:, STAY]
+    stay = anchors[:, WAIT]
     assert np.allclose(told["actions"], np.where(under_way[:, None], keep, stay))
     assert told["alive"].all() and not stay.any()
-    told = teacher._recorded(moment, headed(moment.world))
+    told = teacher._recorded(moment, robot_destinations(moment.world))
     assert np.allclose(told["actions"], keep) and told["alive"][under_way].all()

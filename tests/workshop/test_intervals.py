@@ -8,7 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reference.evaluation.score import paper_ruler
-from reference.workshop.comparing.intervals import band, of_mean, of_means, of_trainings
+from reference.workshop.comparing.intervals import (
+    interval_of_mean,
+    interval_of_means,
+    interval_over_trainings,
+    intervals_of_columns,
+)
 
 NUMBERS = st.floats(-1e6, 1e6)
 
@@ -31,7 +36,7 @@ def share_that_hold(truth, of, values, experiments=200):
 )
 def test_nineteen_of_twenty_intervals_hold_the_true_mean(truth, values):
     """Of rewards around 7000, and of shares near 1, which no bell describes."""
-    assert 0.90 <= share_that_hold(truth, of_mean, values) <= 0.98
+    assert 0.90 <= share_that_hold(truth, interval_of_mean, values) <= 0.98
 
 
 @pytest.mark.paper("F12")
@@ -41,7 +46,9 @@ def test_the_interval_of_a_score_is_that_of_its_runs_together():
     h = rng.uniform(1000, 3500, 200)
     together = np.stack([15000 - 2 * h, h], axis=1)
     apart = np.stack([rng.permutation(15000 - 2 * h), h], axis=1)
-    one, other = (of_means(paper_ruler().score, rows) for rows in (together, apart))
+    one, other = (
+        interval_of_means(paper_ruler().score, rows) for rows in (together, apart)
+    )
     assert one.mean == pytest.approx(paper_ruler().score(*together.mean(axis=0)))
     assert one.mean == pytest.approx(other.mean)
     assert one.high - one.low < other.high - other.low
@@ -50,7 +57,7 @@ def test_the_interval_of_a_score_is_that_of_its_runs_together():
 @given(values=st.lists(NUMBERS, min_size=1, max_size=8))
 def test_an_interval_is_made_of_numbers_and_lies_within_the_values(values):
     """Whatever they are."""
-    mean, low, high = of_mean(values)
+    mean, low, high = interval_of_mean(values)
     assert min(values) - 1e-6 <= low <= high <= max(values) + 1e-6
     assert mean == pytest.approx(np.mean(values), abs=1e-6)
 
@@ -58,7 +65,7 @@ def test_an_interval_is_made_of_numbers_and_lies_within_the_values(values):
 @given(value=NUMBERS, runs=st.integers(1, 9))
 def test_equal_values_make_an_interval_without_width(value, runs):
     """To the last bit; so does a single one, which tells nothing of scatter."""
-    assert of_mean([value] * runs) == (value, value, value)
+    assert interval_of_mean([value] * runs) == (value, value, value)
 
 
 # -- Training runs ------------------------------------------------------------------
@@ -74,9 +81,9 @@ def trainings(rng, number=10, mean=0.5):
 def test_ten_trainings_hold_the_truth_where_their_episodes_alone_do_not():
     """The unit is the training run; three are too few, as the docstring says."""
     share = partial(share_that_hold, 0.5, experiments=100)
-    assert share(lambda values: of_mean(values.ravel()), trainings) < 0.7
-    assert share(of_trainings, trainings) > 0.88
-    assert share(of_trainings, partial(trainings, number=3)) < 0.97
+    assert share(lambda values: interval_of_mean(values.ravel()), trainings) < 0.7
+    assert share(interval_over_trainings, trainings) > 0.88
+    assert share(interval_over_trainings, partial(trainings, number=3)) < 0.97
 
 
 def test_the_difference_of_two_arms_does_not_suffer_from_seeds_they_share():
@@ -86,17 +93,17 @@ def test_the_difference_of_two_arms_does_not_suffer_from_seeds_they_share():
         seeds = rng.normal(0, 0.5, 30)
         return [seeds + m + rng.normal(0, 0.02, (10, 30)) for m in (0.6, 0.5)]
 
-    share = share_that_hold(0.1, lambda pair: of_trainings(*pair), both, 100)
+    share = share_that_hold(0.1, lambda pair: interval_over_trainings(*pair), both, 100)
     assert share > 0.88
     one, other = both(np.random.default_rng(0))
-    apart, together = of_trainings(one), of_trainings(one, other)
+    apart, together = interval_over_trainings(one), interval_over_trainings(one, other)
     assert together.high - together.low < 0.1 * (apart.high - apart.low)
 
 
 # -- Refusals -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("of", [of_mean, band])
+@pytest.mark.parametrize("of", [interval_of_mean, intervals_of_columns])
 def test_refuses_no_values(of):
     """There is no figure of nothing."""
     with pytest.raises(ValueError, match="at least one value"):

@@ -11,8 +11,8 @@ from reference.learning.adversarial import learner_for, player_of
 from reference.learning.rollouts import Job, play
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop.comparing.named import encounter
-from reference.workshop.lockstep import to_the_end, together
+from reference.workshop.comparing.named import set_up_match
+from reference.workshop.lockstep import advance_in_lockstep, run_in_lockstep
 from reference.workshop.maps import load
 from reference.workshop.strategies import SCRIPTS
 from reference.workshop.strategies.guides import Sweep
@@ -46,7 +46,7 @@ def same_end(alone: list[Simulation], others: list[Simulation]) -> bool:
     """Run the first one by one, the others in lockstep; do all end the same?"""
     for run in alone:
         run.run()
-    to_the_end(others)
+    run_in_lockstep(others)
     return [everything(run) for run in others] == [everything(run) for run in alone]
 
 
@@ -84,9 +84,9 @@ def test_simulations_that_are_not_alike_run_beside_each_other():
 def test_a_copy_of_a_simulation_in_lockstep_is_its_own():
     """It may run on alone."""
     lone, some = (runs("tiny", "sweep", "random", time_limit=30.0) for _ in range(2))
-    together(some)
+    advance_in_lockstep(some)
     copies = [run.copy() for run in some]
-    to_the_end(some)
+    run_in_lockstep(some)
     assert same_end(copies, lone)
 
 
@@ -95,7 +95,7 @@ def test_a_fire_that_looks_ahead_finds_each_world_as_it_is():
     """In lockstep it burns where it burns alone."""
     world = load("tiny"), Scenario(people=6, time_limit=40.0)
     lone, some = (
-        [encounter(*world, Sweep(), WorstCase(), seed) for seed in range(2)]
+        [set_up_match(*world, Sweep(), WorstCase(), seed) for seed in range(2)]
         for _ in range(2)
     )
     assert same_end(lone, some)
@@ -117,7 +117,9 @@ def test_episodes_are_the_same_whoever_steps_the_worlds(head):
         "fire": learned("fire", settings, plan, settings.scenario),
     }
     job = Job(plan, settings.scenario, **sides, seeds=(1, 2, 3))
-    for one, other in zip(play(job), play(job, advance=together), strict=True):
+    for one, other in zip(
+        play(job), play(job, advance=advance_in_lockstep), strict=True
+    ):
         assert one.facts == other.facts
         for side in sides:
             path, other_path = getattr(one, side), getattr(other, side)

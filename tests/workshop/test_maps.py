@@ -18,9 +18,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reference.floorplan import to_text
-from reference.workshop.maps import MistakesError, find, parse, read
-from reference.workshop.maps.mistakes import WORDS
-from reference.workshop.storage.files import told
+from reference.workshop.maps import MistakesError, find_map, parse_map, read_map
+from reference.workshop.maps.mistakes import MISTAKE_TEXTS
+from reference.workshop.storage.files import message_of
 
 HERE = Path(__file__).parent
 SHIPPED = sorted((HERE.parents[1] / "floors").glob("*.txt"))
@@ -36,7 +36,7 @@ def named(path):
 def refusal(text):
     """What is raised for a drawing that is not fine."""
     with pytest.raises(MistakesError) as caught:
-        parse(text)
+        parse_map(text)
     return caught.value
 
 
@@ -52,9 +52,9 @@ def drawn(text):
 @pytest.mark.parametrize("path", [*GOOD, *SHIPPED], ids=named)
 def test_a_good_drawing_is_read_and_drawn_again_as_it_was(path):
     """Text to plan to text is the identity, up to notes and the order of rows."""
-    plan = read(path)
+    plan = read_map(path)
     rows = {row.rstrip() for storey in plan.storeys for row in storey.rows}
-    assert parse(to_text(plan)) == plan
+    assert parse_map(to_text(plan)) == plan
     assert set(drawn(path.read_text())) == rows
 
 
@@ -70,14 +70,14 @@ def test_refuses_a_drawing_and_says_where_why_and_what_to_type(path, monkeypatch
     """The whole page of mistakes, as somebody who draws will read it."""
     monkeypatch.chdir(path.parent)
     with pytest.raises(MistakesError) as caught:
-        read(path.name)
+        read_map(path.name)
     assert f"{caught.value}\n" == path.with_suffix(".expected").read_text("utf-8")
 
 
-@pytest.mark.parametrize("kind", WORDS)
+@pytest.mark.parametrize("kind", MISTAKE_TEXTS)
 def test_every_mistake_has_a_map_and_one_thing_to_do(kind):
     """In the imperative; what is too much for a map is drawn by other tests."""
-    what, hint = WORDS[kind]
+    what, hint = MISTAKE_TEXTS[kind]
     verbs = "Draw|Join|Keep|Move|Put|Save|Shorten|Take|Type|Use|Write"
     assert re.fullmatch(rf"({verbs}) [^\n]+\.", hint)
     if kind not in ("too-long", "not-text", "parts-limit", "memory-limit"):
@@ -101,7 +101,7 @@ def test_a_stage_is_silent_until_the_one_before_is_satisfied():
     for wrong, right, what in repairs:
         assert refusal(text).mistakes[0].what == what
         text = text.replace(wrong, right)
-    parse(text)
+    parse_map(text)
 
 
 def test_the_caret_stands_under_its_column():
@@ -120,7 +120,7 @@ def test_refuses_a_file_that_is_not_plain_text(raw, tmp_path):
     file = tmp_path / "map.txt"
     file.write_bytes(raw)
     with pytest.raises(MistakesError, match=r"map.txt:1:\d+: this is not plain text"):
-        read(file)
+        read_map(file)
 
 
 HEAD = "building: x\nsize: 200 x 200\n"
@@ -172,7 +172,7 @@ def test_says_how_much_it_reads():
     mistake = refusal(HUGE["rows without end"]).mistakes[0]
     assert mistake.what.startswith("a file has at most 12000 lines")
     assert mistake.line == 12_001
-    parse(HOUSE + 10_000 * "; a note\n")
+    parse_map(HOUSE + 10_000 * "; a note\n")
 
 
 @pytest.mark.parametrize("sign", "AE.")
@@ -188,7 +188,7 @@ def test_refuses_a_building_whose_tables_would_not_fit_into_memory():
     text = HEAD + "floor 1-{}:\n" + "\n".join(rows)
     what = "to simulate this building takes about 8 GB of memory"
     assert [mistake.what for mistake in refusal(text.format(30)).mistakes] == [what]
-    parse(text.format(5))
+    parse_map(text.format(5))
 
 
 def test_reads_a_pipe_to_its_end(tmp_path):
@@ -196,7 +196,7 @@ def test_reads_a_pipe_to_its_end(tmp_path):
     path = tmp_path / "map.txt"
     os.mkfifo(path)
     Thread(target=path.write_text, args=(HOUSE,), daemon=True).start()
-    assert read(path) == parse(HOUSE)
+    assert read_map(path) == parse_map(HOUSE)
 
 
 def test_refuses_an_endless_device(tmp_path):
@@ -204,17 +204,17 @@ def test_refuses_an_endless_device(tmp_path):
     path = tmp_path / "map.txt"
     path.symlink_to("/dev/zero")
     with pytest.raises(MistakesError, match=r"map.txt:1:1: a file has at most"):
-        read(path)
+        read_map(path)
 
 
 def test_refuses_a_folder_and_a_missing_file_in_words(tmp_path):
     """What the system says, with the file's name."""
     for name in (tmp_path, tmp_path / "map.txt"):
         with pytest.raises(OSError) as caught:
-            read(name)
-        assert told(caught.value).startswith(f"{name}: cannot be read")
+            read_map(name)
+        assert message_of(caught.value).startswith(f"{name}: cannot be read")
     with pytest.raises(OSError, match="File name too long"):
-        find(300 * "x")
+        find_map(300 * "x")
 
 
 SCRIBBLES = st.tuples(
@@ -232,7 +232,7 @@ def test_refuses_a_scribbled_drawing_only_in_its_own_words(scribbles):
     for place, out, sign in scribbles:
         text = text[:place] + sign + text[place + out :]
     try:
-        parse(text)
+        parse_map(text)
     except MistakesError as error:
         lines = re.split(r"\r\n?|\n", text)
         assert all(m.written == lines[m.line - 1] for m in error.mistakes)
@@ -247,17 +247,17 @@ def test_a_floor_is_found_by_its_path_or_by_the_name_it_ships_under(tmp_path):
     """A student's own file and `paper`, also where a folder is called so."""
     own = tmp_path / "paper.txt"
     own.write_text(HOUSE)
-    assert find(own) == own
+    assert find_map(own) == own
     own.rename(tmp_path / "mine.txt")
     (tmp_path / "paper").mkdir()
-    assert find("paper") in SHIPPED
-    assert find("paper.txt") == find("paper")
+    assert find_map("paper") in SHIPPED
+    assert find_map("paper.txt") == find_map("paper")
 
 
 def test_refuses_an_unknown_floor_and_names_those_that_ship():
     """The closest match comes first: most are slips of the pen."""
     with pytest.raises(FileNotFoundError) as caught:
-        find("papper")
+        find_map("papper")
     assert "Did you mean 'paper'?" in str(caught.value)
     assert all(path.stem in str(caught.value) for path in SHIPPED)
 

@@ -148,7 +148,7 @@ def test_an_experiment_tests_code_and_plays_it_anew_when_it_has_changed(mine):
         episodes = 2
     """
     Path("asked.toml").write_text(rows)
-    asked = design.read(Path("asked.toml"))
+    asked = design.read_experiment(Path("asked.toml"))
     found = jobs.play_tests(asked, Path("out"), InProcess())
     results = report.Results(asked, found)
     names = {(cell.robots, cell.fire) for cell in results.cells()}
@@ -160,7 +160,7 @@ def test_an_experiment_tests_code_and_plays_it_anew_when_it_has_changed(mine):
     assert len([*Path("out").glob("tests-*/runs.csv")]) == 2
     Path("asked.toml").write_text(rows.replace("Guide", "Gide"))
     with pytest.raises(InputError, match="has no 'Gide'"):
-        design.read(Path("asked.toml"))
+        design.read_experiment(Path("asked.toml"))
 
 
 # -- Policies that learned elsewhere ------------------------------------------------

@@ -8,16 +8,16 @@ from processes import python
 
 from reference.__main__ import main
 from reference.paper import InputError
-from reference.workshop.maps import find
-from reference.workshop.storage.runs import digests_of_code, held, refuse_changed
+from reference.workshop.maps import find_map
+from reference.workshop.storage.runs import digests_of_code, locked, refuse_changed
 
 TINY = ROOT / "tutorials" / "experiments" / "tiny.toml"
 HOLDING = """
 import sys, time
 from pathlib import Path
-from reference.workshop.storage.runs import held
+from reference.workshop.storage.runs import locked
 
-with held(Path(sys.argv[1]), False, list):
+with locked(Path(sys.argv[1]), False, list):
     (Path(sys.argv[1]) / "notes.txt").touch()
     print("held", flush=True)
     time.sleep(600)
@@ -53,9 +53,9 @@ def test_a_lock_ends_with_its_process(holder, tmp_path):
     holder.kill()
     holder.wait()
     with (
-        held(tmp_path / "out", True, list),
+        locked(tmp_path / "out", True, list),
         pytest.raises(InputError, match="another run is at work"),
-        held(tmp_path / "out", True, list),
+        locked(tmp_path / "out", True, list),
     ):
         pass
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["notes.txt"]
@@ -67,7 +67,7 @@ def test_a_folder_that_somebody_else_made_stays(tmp_path):
     theirs.mkdir()
     assert main(["train", "--resume", "--out", str(theirs)]) == 1
     for folder in (theirs, ours):
-        with held(folder, False, list):
+        with locked(folder, False, list):
             assert folder.is_dir()
     assert theirs.is_dir() and not ours.exists()
 
@@ -132,12 +132,12 @@ def test_a_training_does_not_go_on_when_its_map_has_changed(
 ):
     """It goes on without the file, in the drawing that it has kept."""
     monkeypatch.chdir(tmp_path)
-    drawing = find("tiny").read_text()
+    drawing = find_map("tiny").read_text()
     (tmp_path / "office.txt").write_text(drawing)
     train = ["train", "--preset", "tiny", "--building", "office.txt", "--workers", "0"]
     assert main([*train, "--fire", "random", "--out", "out"]) == 0
     again = ["train", "--resume", "--workers", "0", "--out", "out"]
-    (tmp_path / "office.txt").write_text(find("paper").read_text())
+    (tmp_path / "office.txt").write_text(find_map("paper").read_text())
     capsys.readouterr()
     assert main(again) == 1
     assert "office.txt has changed since" in capsys.readouterr().err

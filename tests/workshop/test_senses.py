@@ -69,7 +69,7 @@ def test_the_table_explains_all_167_numbers(simulation):
     world, scenario = simulation.world, simulation.scenario
     vector = observations.robot_vectors(world, scenario)[0]
     layout = observations.vector_layout(world.building, scenario)
-    lines = senses.table(vector, layout.blocks.values())
+    lines = senses.number_table(vector, layout.blocks.values())
     assert [line[:2] for line in lines] == [
         ("0 to 119", "40 × human: x, y, storey (m, m, storey)"),
         ("120 to 137", "6 × robot: x, y, storey (m, m, storey)"),

@@ -11,7 +11,7 @@ from trainings import begun, equal, trained
 from reference.__main__ import main
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.strategies import LEARNED, SHIPPED
-from reference.workshop.training.checkpoints import CheckpointError, load
+from reference.workshop.training.checkpoints import CheckpointError, load_checkpoint
 
 shipped = run_path(str(ROOT / "tutorials" / "experiments" / "ship.py"))["shipped"]
 
@@ -19,7 +19,7 @@ shipped = run_path(str(ROOT / "tutorials" / "experiments" / "ship.py"))["shipped
 def test_both_sides_ship_as_weights_alone_in_less_than_five_megabytes():
     """Nobody learns any more; who made them is told."""
     assert SHIPPED.stat().st_size < 5e6
-    checkpoint = load(SHIPPED)
+    checkpoint = load_checkpoint(SHIPPED)
     assert not checkpoint.learners
     for side in ("robots", "fire"):
         assert strategy_named(LEARNED, side).learned.settings.head == "mixture"
@@ -29,14 +29,15 @@ def test_both_sides_ship_as_weights_alone_in_less_than_five_megabytes():
 def test_the_robots_of_one_training_and_the_fire_of_another_ship(tmp_path):
     """The file's policies are those of the two checkpoints, to the last bit."""
     robots, fire = (
-        load(trained(begun(fixed={other: (script,)}), tmp_path / other))
+        load_checkpoint(trained(begun(fixed={other: (script,)}), tmp_path / other))
         for other, script in (("fire", "random"), ("robots", "sweep"))
     )
     both = shipped(robots, fire)
     for side, source in (("robots", robots), ("fire", fire)):
         assert equal(both.player(side).weights, source.player(side).weights)
-    anew = shipped(load(SHIPPED), load(SHIPPED))
-    assert anew.progress == load(SHIPPED).progress  # as one of its sides may stay
+    anew = shipped(load_checkpoint(SHIPPED), load_checkpoint(SHIPPED))
+    # as one of its sides may stay
+    assert anew.progress == load_checkpoint(SHIPPED).progress
     begun_so = replace(robots.task, initial={"robots": robots.player("robots")})
     again = shipped(replace(robots, task=begun_so), fire)
     assert not again.task.initial

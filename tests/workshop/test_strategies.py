@@ -5,7 +5,7 @@ import pytest
 from movies import body, mark, play, shipped, stage, wait
 
 from reference.building import Kind
-from reference.fire import NoFire, RandomFire, fuel, rim
+from reference.fire import NoFire, RandomFire, burnable, cells_around_clearance
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.walking import enter_stairs
@@ -340,7 +340,7 @@ def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
         floor, x, y = fire.decide(sim.world, rng)
         nearest = sim.navigation.distance_to(way.index)
         p = sim.navigation.place(floor, x, y)
-        assert nearest[p] == nearest[fuel(sim.building).ravel()].min()
+        assert nearest[p] == nearest[burnable(sim.building).ravel()].min()
         sim.world.flames.sources.append(FireLit(0.0, floor, x, y))
     assert fire.decide(sim.world, rng) is None
     sim.world.flames.sources[:] = []
@@ -355,5 +355,7 @@ def test_a_closer_fire_closes_exits_first_then_entrances():
     way_out, upstairs = mark(sim, Kind.EXIT), mark(sim, Kind.ENTRANCE, 2)
     for way in (way_out, upstairs, way_out):
         decision = CloserFire().decide(sim.world, np.random.default_rng(0))
-        assert sim.navigation.place(*decision) in rim(sim.building, way)
+        assert sim.navigation.place(*decision) in cells_around_clearance(
+            sim.building, way
+        )
         sim.world.flames.sources.append(FireLit(0.0, *decision))

@@ -16,7 +16,11 @@ from trainings import begun, equal, tiny, trained
 
 from reference.__main__ import main
 from reference.workshop.training import loop, starting
-from reference.workshop.training.checkpoints import load, newest, save
+from reference.workshop.training.checkpoints import (
+    load_checkpoint,
+    newest_checkpoint,
+    save_checkpoint,
+)
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
@@ -72,7 +76,7 @@ def test_train_prints_one_object_with_final_figures(once, capsys):
     assert facts["robots"] == "poca (mixture head)"
     assert facts["steps"]["robots"] >= 40 and facts["steps"]["fire"] >= 4
     assert 0 <= facts["survival"] <= 1
-    assert load(facts["checkpoint"]).round == facts["rounds"]
+    assert load_checkpoint(facts["checkpoint"]).round == facts["rounds"]
     assert os.path.exists(facts["summaries"])
 
 
@@ -109,7 +113,7 @@ def test_trainer_and_head_are_those_of_the_robots(once, capsys):
     """The fire keeps its own; what was learned plays, and goes on learning."""
     assert train("--out", "new", "--trainer", "ppo", "--head", "floor") == 0
     assert "robots ppo (floor head)" in capsys.readouterr().err
-    settings = load("new").task.settings
+    settings = load_checkpoint("new").task.settings
     assert (settings.robots.head, settings.fire.head) == ("floor", "mixture")
     assert status("evaluate", "--robots", "new", "--fire", "none", "--episodes", 2) == 0
     assert resumed("new") == 0
@@ -120,9 +124,11 @@ def test_train_takes_a_file_of_settings_and_a_checkpoint_as_opponent(run, capsys
     pytest.importorskip("yaml")
     Path("mine.yaml").write_text("behaviors: {Robot: {max_steps: 40}}")
     assert train("--settings", "mine.yaml", "--out", "new", "--fire", run) == 0
-    task = load("new").task
+    task = load_checkpoint("new").task
     assert task.settings.robots.max_steps == 40
-    assert equal(task.fixed["fire"][0].weights, load(run).player("fire").weights)
+    assert equal(
+        task.fixed["fire"][0].weights, load_checkpoint(run).player("fire").weights
+    )
 
 
 def test_robots_learn_against_several_fires_in_turn(once, capsys):
@@ -130,7 +136,7 @@ def test_robots_learn_against_several_fires_in_turn(once, capsys):
     fires = "--fire", "random", "busiest"
     assert train("--out", "new", *fires) == 0
     assert "fire random, busiest" in capsys.readouterr().err
-    assert load("new").task.fixed["fire"] == ("random", "busiest")
+    assert load_checkpoint("new").task.fixed["fire"] == ("random", "busiest")
     assert resumed("new", *fires) == 0
     assert resumed("new", "--fire", "busiest") == 2
 
@@ -140,12 +146,14 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     """With all that learn here and learned there."""
     begin = ("--out", "new", "--initialize-from", run)
     assert train(*begin, "--fire", "random") == 0
-    task = load("new").task
+    task = load_checkpoint("new").task
     assert list(task.initial) == ["robots"]
-    assert equal(task.initial["robots"].weights, load(run).player("robots").weights)
+    assert equal(
+        task.initial["robots"].weights, load_checkpoint(run).player("robots").weights
+    )
     assert resumed("new") == 0
     assert train("--out", "both", "--initialize-from", run) == 0
-    assert list(load("both").task.initial) == ["robots", "fire"]
+    assert list(load_checkpoint("both").task.initial) == ["robots", "fire"]
     capsys.readouterr()
     assert train("--out", "x", "--robots", "sweep", "--initialize-from", "new") == 1
     assert "nobody learned there who learns here" in capsys.readouterr().err
@@ -157,7 +165,7 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
 def test_fire_can_be_trained_in_a_building_without_robots(once, capsys):
     """What a fire learns alone."""
     assert train("--out", "new", "--robots", "none") == 0
-    assert load("new").task.settings.scenario.robots_per_floor == 0
+    assert load_checkpoint("new").task.settings.scenario.robots_per_floor == 0
     assert status("evacuate", "--robots", "none", "--fire", "new") == 0
     assert status("evacuate", "--robots", "sweep", "--fire", "new") == 1
     assert "here it is 4. Take as many" in capsys.readouterr().err
@@ -166,12 +174,12 @@ def test_fire_can_be_trained_in_a_building_without_robots(once, capsys):
 def test_resume_of_a_training_that_is_over_tells_what_came_of_it(tmp_path, capsys):
     """It has nothing more to do, and changes nothing."""
     trained(begun(), tmp_path / "done")
-    path = newest(Path("done"))
+    path = newest_checkpoint(Path("done"))
     before = path.read_bytes()
-    rounds = load("done").round
+    rounds = load_checkpoint("done").round
     assert resumed("done") == 0
     assert json.loads(capsys.readouterr().out)["rounds"] == rounds
-    assert newest(Path("done")) == path
+    assert newest_checkpoint(Path("done")) == path
     assert path.read_bytes() == before
 
 
@@ -195,8 +203,8 @@ def test_refuses_to_resume_as_something_else(run, options, told, capsys):
 def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
     """In which the world may behave otherwise; as a strategy it still plays."""
     (tmp_path / "old").mkdir()
-    old = replace(load(run), version="0.0.1")
-    save(old, tmp_path / "old" / "checkpoint-000001.pt")
+    old = replace(load_checkpoint(run), version="0.0.1")
+    save_checkpoint(old, tmp_path / "old" / "checkpoint-000001.pt")
     assert status("train", "--resume", "--out", "old") == 1
     assert "was written by version 0.0.1" in capsys.readouterr().err
     assert status("evacuate", "--robots", "old") == 0
@@ -241,17 +249,17 @@ def test_a_full_disk_ends_the_training_with_one_message(
     last, once, capsys, monkeypatch
 ):
     """The checkpoint before stays, and can be gone on from; without one, nothing."""
-    kept = save
+    kept = save_checkpoint
 
     def full(checkpoint, path):
         if checkpoint.round == last:
             raise OSError(f"{path}: cannot be written (No space left on device)")
         kept(checkpoint, path)
 
-    monkeypatch.setattr("reference.workshop.training.checkpoints.save", full)
+    monkeypatch.setattr("reference.workshop.training.checkpoints.save_checkpoint", full)
     assert train("--out", "new") == 1
     assert "No space left on device" in capsys.readouterr().err.splitlines()[-1]
-    assert load("new").round == 0 if last else not os.path.exists("new")
+    assert load_checkpoint("new").round == 0 if last else not os.path.exists("new")
 
 
 def test_a_worker_that_dies_ends_the_training_with_one_message(
@@ -262,10 +270,10 @@ def test_a_worker_that_dies_ends_the_training_with_one_message(
     def killed(*given):
         raise BrokenProcessPool("a process was terminated abruptly")
 
-    monkeypatch.setattr(loop, "in_order", killed)
+    monkeypatch.setattr(loop, "map_in_order", killed)
     assert train("--out", "new") == 1
     assert "a worker has died" in capsys.readouterr().err
-    assert load("new").round == 0
+    assert load_checkpoint("new").round == 0
 
 
 @pytest.mark.slow
@@ -286,7 +294,7 @@ def test_stopped_it_saves_and_says_how_to_go_on(number, tmp_path):
         "Go on with:\n  python -m reference train --resume --out long\n"
     )
     assert not list((tmp_path / "long").glob(".*-part*"))
-    assert load("long").task.settings.preset == "tiny"
+    assert load_checkpoint("long").task.settings.preset == "tiny"
 
 
 # -- Checkpoints as strategies ------------------------------------------------------

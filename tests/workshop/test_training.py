@@ -12,21 +12,21 @@ from trainings import TINY, Stopped, begun, equal, tiny, trained
 
 from reference.fire import NoFire, RandomFire
 from reference.learning.adversarial import learner_for, player_of
-from reference.learning.players import Learned
+from reference.learning.players import LearnedNetwork
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
 from reference.robots import RandomRobots
 from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.workers import InProcess, workers
 from reference.workshop.strategies.fires import BusiestFire
-from reference.workshop.training.checkpoints import load, newest
-from reference.workshop.training.loop import train
+from reference.workshop.training.checkpoints import load_checkpoint, newest_checkpoint
+from reference.workshop.training.loop import run_training
 from reference.workshop.training.rounds import Training, seeds_of
 from reference.workshop.training.summaries import (
-    COLUMNS,
-    OF_EPISODES,
+    EPISODE_COLUMNS,
     SUMMARIES,
-    Summary,
+    SUMMARY_COLUMNS,
+    RunningMeans,
     table_until,
 )
 
@@ -68,7 +68,7 @@ def test_it_ends_when_both_sides_are_past_their_max_steps(whole):
     training, folder = whole
     for learner in training.learners.values():
         assert learner.steps >= learner.settings.max_steps
-    assert training.over and load(folder).round == training.round
+    assert training.finished and load_checkpoint(folder).round == training.round
 
 
 class Counted(Training):
@@ -97,7 +97,7 @@ def test_each_side_keeps_as_many_checkpoints_as_its_table_says(tmp_path, monkeyp
     for rounds in (3, 5, 3, None):
         trained(training, tmp_path, rounds)
         kept.append([int(path.stem[-6:]) for path in sorted(tmp_path.glob("*.pt"))])
-        training = Counted.resumed(load(tmp_path))
+        training = Counted.resumed(load_checkpoint(tmp_path))
     assert kept == [[0, 2, 3], [3, 4, 6, 8], [6, 8, 9, 10, 11], [10, 12, 13]]
 
 
@@ -119,15 +119,15 @@ def test_a_training_that_stops_after_every_round_goes_on_to_the_same_end(tmp_pat
     settings = tiny(league=0.5, random_fires=0.25, robots=robots, fire=fire)
     apart, at_once = tmp_path / "apart", tmp_path / "at once"
     trained(begun(settings, imitate="patrol"), at_once, rounds=5)
-    train(begun(settings, imitate="patrol"), apart, InProcess(), lambda: True)
-    assert not load(apart).progress["imitated"]
+    run_training(begun(settings, imitate="patrol"), apart, InProcess(), lambda: True)
+    assert not load_checkpoint(apart).progress["imitated"]
     waiting = []
     for _ in range(5):
-        training = Training.resumed(load(apart))
+        training = Training.resumed(load_checkpoint(apart))
         trained(training, apart, rounds=1)
         waiting.append(len(training.learners["robots"].buffer))
-    assert equal(load(apart).learners, load(at_once).learners)
-    assert equal(load(apart).progress, load(at_once).progress)
+    assert equal(load_checkpoint(apart).learners, load_checkpoint(at_once).learners)
+    assert equal(load_checkpoint(apart).progress, load_checkpoint(at_once).progress)
     assert rows(apart) == rows(at_once)
     phases = [row["phase"] for row in rows(apart)]
     assert phases[:3] == ["imitation", "imitation", "together"]
@@ -140,9 +140,9 @@ def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
     training = begun(seed=1)
     (_, here) = whole
     with workers(2) as pool:
-        train(training, tmp_path, pool, lambda: training.round >= 2)
-    same = load(here / newest(tmp_path).name)
-    assert equal(load(tmp_path).learners, same.learners)
+        run_training(training, tmp_path, pool, lambda: training.round >= 2)
+    same = load_checkpoint(here / newest_checkpoint(tmp_path).name)
+    assert equal(load_checkpoint(tmp_path).learners, same.learners)
     assert rows(tmp_path) == rows(here)[:4]
 
 
@@ -160,9 +160,12 @@ def test_seeds_follow_from_the_run_and_the_round_alone():
 def test_random_fire_stands_in_for_a_share_of_the_jobs():
     """Evenly spread over the rounds, only while the robots learn."""
     training = begun(tiny(random_fires=0.25))
-    assert fires(training, 4) == [Learned, Learned, Learned, RandomFire] * 2
+    assert (
+        fires(training, 4)
+        == [LearnedNetwork, LearnedNetwork, LearnedNetwork, RandomFire] * 2
+    )
     training.learners["robots"].steps = tiny().robots.max_steps
-    assert fires(training, 4) == [Learned] * 8
+    assert fires(training, 4) == [LearnedNetwork] * 8
 
 
 @pytest.mark.paper("E6")
@@ -186,7 +189,7 @@ def test_several_that_do_not_learn_play_in_turn():
     tensors = {n: torch.from_numpy(w) for n, w in network.weights.items()}
     fixed = "random", replace(network, weights=tensors), "none"
     training = begun(fixed={"fire": fixed})
-    assert fires(training, 2) == [RandomFire, Learned, NoFire, RandomFire]
+    assert fires(training, 2) == [RandomFire, LearnedNetwork, NoFire, RandomFire]
     assert [job.record for job in training.jobs()] == [("robots",)] * 2
 
 
@@ -271,7 +274,7 @@ def test_against_a_script_the_other_side_learns_alone(fixed, tmp_path):
     (side,) = training.learners
     assert side not in fixed
     assert {row["side"] for row in rows(tmp_path)} == {side}
-    assert list(load(tmp_path).learners) == [side]
+    assert list(load_checkpoint(tmp_path).learners) == [side]
 
 
 def test_refuses_a_scenario_in_which_there_is_nothing_to_decide(tmp_path):
@@ -289,7 +292,7 @@ def test_refuses_a_scenario_in_which_there_is_nothing_to_decide(tmp_path):
 
 def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
     """Layers, heads, or what it observes: by name, what it has and what is here."""
-    robots = load(whole[1]).player("robots")
+    robots = load_checkpoint(whole[1]).player("robots")
     for row, other, told in ("hidden_units", 16, 8), ("commitment", 0.0, 5.0):
         with pytest.raises(SettingsError, match=f"{row} {told}"):
             begun(tiny(robots={row: other}), initial={"robots": robots})
@@ -303,9 +306,9 @@ def test_a_round_that_is_being_played_is_dropped(tmp_path):
     """As if it had never begun: the next one has the same seeds."""
     training = begun()
     with pytest.raises(KeyboardInterrupt):
-        train(training, tmp_path, Stopped())
+        run_training(training, tmp_path, Stopped())
     assert training.round == 0
-    assert equal(load(tmp_path).learners, begun().checkpoint().learners)
+    assert equal(load_checkpoint(tmp_path).learners, begun().checkpoint().learners)
 
 
 def test_a_round_that_is_being_learned_from_is_finished(tmp_path, monkeypatch):
@@ -321,15 +324,17 @@ def test_a_round_that_is_being_learned_from_is_finished(tmp_path, monkeypatch):
 
     monkeypatch.setattr(training, "learn", stopped)
     with pytest.raises(KeyboardInterrupt):
-        train(training, tmp_path / "run", InProcess())
-    assert equal(load(tmp_path / "run").learners, load(whole).learners)
+        run_training(training, tmp_path / "run", InProcess())
+    assert equal(
+        load_checkpoint(tmp_path / "run").learners, load_checkpoint(whole).learners
+    )
     assert rows(tmp_path / "run") == rows(whole)
 
 
 # -- Summaries ----------------------------------------------------------------------
 
 
-FACTS = dict.fromkeys(OF_EPISODES.values(), 1.0)
+FACTS = dict.fromkeys(EPISODE_COLUMNS.values(), 1.0)
 FACTS |= {"group_reward": 100.0, "fire_reward": -90.0, "survival": 0.5}
 
 
@@ -339,7 +344,7 @@ FACTS |= {"group_reward": 100.0, "fire_reward": -90.0, "survival": 0.5}
 @pytest.mark.parametrize(("side", "own"), [("robots", 100.0), ("fire", -90.0)])
 def test_a_row_of_means_is_due_every_summary_freq_steps(side, own):
     """Over all episodes and updates since the one before; the group's reward counts."""
-    summary = Summary(0, {}, {})
+    summary = RunningMeans(0, {}, {})
     summary.add(side, [FACTS, FACTS | {"survival": 1.0}], {"Losses/Value Loss": 4.0})
     assert summary.row(9, every=10) is None
     summary.add(side, [FACTS | {"survival": 0.0}], {"Losses/Value Loss": 2.0})
@@ -353,10 +358,10 @@ def test_a_row_of_means_is_due_every_summary_freq_steps(side, own):
 def test_every_column_that_a_learner_fills_is_in_the_table(whole):
     """By ML-Agents' names; only what the fire has none of, and copying, stays empty."""
     robots, fire = rows(whole[1])[:2]
-    empty = {name for name in COLUMNS if not robots[name]}
+    empty = {name for name in SUMMARY_COLUMNS if not robots[name]}
     assert empty == {"Losses/Pretraining Loss"}
     empty |= {"Losses/Baseline Loss", "Policy/Extrinsic Baseline Estimate"}
-    assert {name for name in COLUMNS if not fire[name]} == empty
+    assert {name for name in SUMMARY_COLUMNS if not fire[name]} == empty
 
 
 def test_a_table_begins_with_one_header_and_goes_on_where_it_was(tmp_path):

@@ -10,7 +10,13 @@ from reference.__main__ import main
 from reference.navigation import navigation_of
 from reference.workshop.commands import measures
 from reference.workshop.drawing import validation as drawing
-from reference.workshop.measuring.halls import Crowd, built, densest, flow, people
+from reference.workshop.measuring.halls import (
+    Crowd,
+    build_floors,
+    flow,
+    peak_density,
+    put_people,
+)
 from reference.workshop.measuring.validation import (
     CASES,
     DENSITIES,
@@ -19,13 +25,13 @@ from reference.workshop.measuring.validation import (
     NOT_MODELLED,
     ONE_WAY,
     OPPOSED,
-    measured,
+    measure_case,
     weidmann,
 )
 
 FAST = ("corridor", "speeds", "corner", "stairs", "doors", "large-room")
 LONG = ("fundamental-diagram", "everybody-knows")
-ROOM = built(["#######", "#.....E", "#######"])
+ROOM = build_floors(["#######", "#.....E", "#######"])
 
 
 @pytest.mark.paper("A3")
@@ -37,7 +43,7 @@ ROOM = built(["#######", "#.....E", "#######"])
 )
 def test_the_model_passes_standard_cases(name):
     """As the guidelines of RiMEA and IMO define them; `validate` shows all of them."""
-    row = measured(name, seed=0, runs=1)
+    row = measure_case(name, seed=0, runs=1)
     assert row["verdict"] == "passes", row
 
 
@@ -45,7 +51,7 @@ def test_the_model_passes_standard_cases(name):
 @pytest.mark.paper("A9")
 def test_two_crowds_that_meet_pass_each_other():
     """Those against them cost time; a hundred against a hundred may jam, but seldom."""
-    row = measured("counterflow", seed=0, runs=3)
+    row = measure_case("counterflow", seed=0, runs=3)
     assert row["failed"] <= 1, row
     assert set(row["never"]) <= {"100"}
     assert list(row["measured"].values()) == sorted(row["measured"].values())
@@ -53,7 +59,7 @@ def test_two_crowds_that_meet_pass_each_other():
 
 def test_people_stand_apart_where_they_are_put():
     """Four to a square metre, each with half a metre to the next, in their cells."""
-    world = people(ROOM, 0, (8, np.s_[0, 1:2, 2:4]))
+    world = put_people(ROOM, 0, (8, np.s_[0, 1:2, 2:4]))
     x = world.bodies.position
     centres = navigation_of(world.building).centres
     assert np.abs(x - centres[world.bodies.place]) == pytest.approx(0.25)
@@ -71,8 +77,8 @@ def test_flow_counts_from_the_first_to_the_last():
 
 def test_density_is_that_of_the_most_crowded_ten_seconds():
     """Two who wait 2 s in 2 m² are 0.2 per square metre."""
-    crowd = Crowd(people(ROOM, 0, (2, np.s_[0, 1:2, 5:6])), seed=0, limit=20)
-    assert 0 < densest(crowd, np.s_[0, 1:2, 4:6]) < 0.2
+    crowd = Crowd(put_people(ROOM, 0, (2, np.s_[0, 1:2, 5:6])), seed=0, limit=20)
+    assert 0 < peak_density(crowd, np.s_[0, 1:2, 4:6]) < 0.2
 
 
 def test_weidmanns_curve_has_its_known_points():

@@ -13,8 +13,8 @@ from processes import python
 from reference.workshop.storage.workers import (
     STOPS,
     InProcess,
-    as_done,
-    undisturbed,
+    map_as_done,
+    stop_delayed,
     workers,
 )
 
@@ -22,14 +22,14 @@ from reference.workshop.storage.workers import (
 def test_results_can_come_as_they_are_done():
     """Each with the number of its job, so that it can be kept at once."""
     with ThreadPoolExecutor(2) as executor:
-        found = as_done(executor, time.sleep, [0.5, 0.0])
+        found = map_as_done(executor, time.sleep, [0.5, 0.0])
         assert [number for number, _ in found] == [1, 0]
 
 
 def test_here_a_result_comes_before_the_next_job_begins():
     """What is done can be kept, though nobody works beside this process."""
     begun = []
-    results = as_done(InProcess(), begun.append, ["first", "second"])
+    results = map_as_done(InProcess(), begun.append, ["first", "second"])
     assert (next(results), begun) == ((0, None), ["first"])
 
 
@@ -43,21 +43,21 @@ def test_a_stop_ends_a_job_in_this_process():
         pytest.fail("it went on")
 
     with pytest.raises(KeyboardInterrupt), workers(0) as executor:
-        list(as_done(executor, work, ["one", "two"]))
+        list(map_as_done(executor, work, ["one", "two"]))
     assert begun == ["one"]
 
 
 def test_a_stop_waits_until_what_must_not_be_disturbed_is_over():
     """Also one that comes again; in other threads, which hear none, nothing changes."""
     over = []
-    with pytest.raises(KeyboardInterrupt), undisturbed():
+    with pytest.raises(KeyboardInterrupt), stop_delayed():
         signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGINT)
         over.append("this")
     assert over == ["this"]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     with ThreadPoolExecutor(1) as thread:
-        thread.submit(undisturbed().__enter__).result()
+        thread.submit(stop_delayed().__enter__).result()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
@@ -143,4 +143,4 @@ def test_a_pool_that_lost_a_worker_ends():
             pool.submit(divmod, 1, 0).result()
         assert "In a worker" in raised.value.__notes__[0]
         pool.submit(time.sleep, 600)
-        list(as_done(pool, os._exit, [1]))
+        list(map_as_done(pool, os._exit, [1]))

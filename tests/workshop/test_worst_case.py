@@ -8,26 +8,26 @@ from movies import built, found, shipped, stage, wait
 from scipy.stats import ks_2samp
 from trainings import begun
 
-from reference.beginning import with_people_at
+from reference.beginning import world_with_people_at
 from reference.fire import NoFire, Spread, free_places
 from reference.game.observations import fire_vector, vector_layout
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.workshop.comparing import begin
-from reference.workshop.comparing.named import encounter
+from reference.workshop.comparing import begin_evaluation
+from reference.workshop.comparing.named import set_up_match
 from reference.workshop.strategies import ROBOTS
-from reference.workshop.strategies.fires import APART, BusiestFire, busiest
+from reference.workshop.strategies.fires import APART_METRES, BusiestFire, busiest
 from reference.workshop.strategies.guides import Observer
 from reference.workshop.strategies.worst_case import (
-    Disturbed,
-    First,
+    DisturbedRobots,
+    FirstDecision,
     WorstCase,
     another_future,
     with_errors,
 )
-from reference.workshop.training.checkpoints import save
+from reference.workshop.training.checkpoints import save_checkpoint
 from reference.workshop.training.policies import LearnedRobots
 from reference.world import FireLit
 
@@ -35,7 +35,7 @@ from reference.world import FireLit
 def against(robots="sweep", seed=0, **scenario):
     """An evacuation of a small building against the worst case, not yet begun."""
     scene = Scenario(**{"people": 12, **scenario})
-    return encounter(shipped("tiny"), scene, ROBOTS[robots](), WorstCase(), seed)
+    return set_up_match(shipped("tiny"), scene, ROBOTS[robots](), WorstCase(), seed)
 
 
 # -- What it chooses among ----------------------------------------------------------
@@ -53,7 +53,7 @@ def test_it_chooses_among_free_cells_that_people_cross_and_that_lie_apart():
     for one, other in pairwise(places):
         same_floor = one // nav.floor_size == other // nav.floor_size
         metres = np.hypot(*(nav.centres[one] - nav.centres[other]))
-        assert not same_floor or metres >= APART
+        assert not same_floor or metres >= APART_METRES
 
 
 # -- What it takes ------------------------------------------------------------------
@@ -70,7 +70,7 @@ def test_it_takes_the_cell_that_leaves_least_reward_to_the_end():
     seed = int(np.random.default_rng(5).integers(2**32))
     left = {}
     for place in busiest(world, 4):
-        fire = First(place, BusiestFire())
+        fire = FirstDecision(place, BusiestFire())
         future = another_future(world, sim.scenario, NoRobots(), fire, seed)
         left[place] = future.run().reward
     assert len(left) == 4 and left[taken] == min(left.values()) < max(left.values())
@@ -102,7 +102,7 @@ def test_its_cost_is_linear_in_the_number_of_decisions(monkeypatch):
     """Four futures at most at every decision, whatever was decided before."""
     begun = []
     monkeypatch.setattr(
-        "reference.workshop.strategies.worst_case.to_the_end",
+        "reference.workshop.strategies.worst_case.run_in_lockstep",
         lambda futures: begun.append(len(futures)),
     )
     for sources in (0, 1, 2):
@@ -118,7 +118,7 @@ def test_its_cost_is_linear_in_the_number_of_decisions(monkeypatch):
 
 def observers(seconds):
     """Robots that observe in a small building, some seconds later; a fire at 10 s."""
-    fire = First((0, 5.5, 0.5), NoFire())
+    fire = FirstDecision((0, 5.5, 0.5), NoFire())
     sim = Simulation(shipped("tiny"), Scenario(people=20), Observer(), fire, seed=3)
     wait(sim, seconds)
     return sim
@@ -154,7 +154,7 @@ def test_of_a_few_errors_robots_make_the_one_that_leaves_least_reward():
     sim = observers(10)
     rng = np.random.default_rng(5)
     world, scene = sim.world, sim.scenario
-    robots = Disturbed(Observer(), NoFire(), scene, 4.0)
+    robots = DisturbedRobots(Observer(), NoFire(), scene, 4.0)
     taken = robots.decide(world, world.robots, rng)
     rng = np.random.default_rng(5)
     answers = []
@@ -163,7 +163,7 @@ def test_of_a_few_errors_robots_make_the_one_that_leaves_least_reward():
         answers.append(Observer().decide(seen, seen.robots, rng))
     seed, left = int(rng.integers(2**32)), []
     for answer in answers:
-        guides = First(answer, Observer())
+        guides = FirstDecision(answer, Observer())
         left.append(another_future(world, scene, guides, NoFire(), seed).run().reward)
     worst = int(np.argmin(left))
     assert taken == answers[worst] != answers[0] and left[worst] < left[0]
@@ -172,10 +172,12 @@ def test_of_a_few_errors_robots_make_the_one_that_leaves_least_reward():
 @pytest.mark.paper("F4", "Eq. 5")
 def test_a_learned_policy_can_be_disturbed_and_the_worst_fire_plays_on(tmp_path):
     """Neither imagines the other's futures; without robots nobody is disturbed."""
-    save(begun(seed=3).checkpoint(), tmp_path / "own.pt")
+    save_checkpoint(begun(seed=3).checkpoint(), tmp_path / "own.pt")
     word, ways = str(tmp_path / "own.pt"), {}
     for errors in (0, 3):
-        made = begin((word, "none"), ("worst-case",), episodes=1, errors=errors)
+        made = begin_evaluation(
+            (word, "none"), ("worst-case",), episodes=1, errors=errors
+        )
         one, other = made.simulations(made.runs)
         assert type(one.fire_strategy.robots) is LearnedRobots
         assert type(other.robot_strategy) is NoRobots
@@ -191,7 +193,7 @@ def test_a_learned_policy_can_be_disturbed_and_the_worst_fire_plays_on(tmp_path)
 @pytest.mark.paper("F4", "chosen")
 def test_another_future_has_the_same_past_and_draws_the_rest_anew():
     """What burns has burnt since the same time; flames spread otherwise from there."""
-    fire = First((0, 5.5, 0.5), BusiestFire())
+    fire = FirstDecision((0, 5.5, 0.5), BusiestFire())
     sim = Simulation(shipped("tiny"), Scenario(), fire=fire)
     wait(sim, 20)
     before, now = sim.world.flames.arrival.copy(), sim.world.time
@@ -218,7 +220,7 @@ def test_fresh_delays_are_distributed_like_what_is_left_of_the_old(lane):
     scenario, came, comes = Scenario(people=0), [], []
     empty = np.zeros(0, dtype=int), np.zeros((0, 2))
     while len(came) < 200:
-        world = with_people_at(building, scenario, *empty, rng)
+        world = world_with_people_at(building, scenario, *empty, rng)
         Spread(building, rng).ignite(world.flames, source)
         world.time, arrival = 12.0, world.flames.arrival
         if (arrival <= 12).sum() == 2 and arrival[0, 1, q] > 12:

@@ -4,7 +4,7 @@ A wall and an exit may. Even upstairs an exit is accepted: think of a fire escap
 other character opens the wall, and the message says how.
 """
 
-from reference.workshop.maps import MistakesError, parse
+from reference.workshop.maps import MistakesError, parse_map
 
 HOUSE = """
 building: Doll's house
@@ -34,7 +34,7 @@ before, after = HOUSE.split("upstairs\n")
 for character in "#.+EAa ":
     drawn = f"{before}upstairs\n{after[:14]}{character}{after[15:]}"
     try:
-        parse(drawn, "house.txt")
+        parse_map(drawn, "house.txt")
         print(f"'{character}' is accepted")
     except MistakesError as error:
         print(f"'{character}':", str(error).splitlines()[0])

@@ -9,7 +9,7 @@ from itertools import combinations
 import networkx as nx
 
 from reference import load
-from reference.building import burn
+from reference.building import without_doors
 
 graph = load("museum").graph
 area = dict(graph.nodes(data="area", default=0))
@@ -22,7 +22,7 @@ doors = [
 
 def lost(pair: tuple[str, str]) -> int:
     """Square metres from which there is no way out once both doors have burnt."""
-    left = burn(graph, pair)
+    left = without_doors(graph, pair)
     reached = nx.node_connected_component(left, "outside")
     return sum(area[room] for room in set(left) - reached)
 

@@ -6,7 +6,7 @@ No. Three people of 320 are luck: single runs lie anywhere between 19 and 40.
 from reference import Scenario, Simulation, load
 from reference.fire import NoFire
 from reference.robots import NoRobots
-from reference.workshop.lockstep import to_the_end
+from reference.workshop.lockstep import run_in_lockstep
 
 institute = load("paper")
 for name, scenario in (
@@ -16,7 +16,7 @@ for name, scenario in (
     runs = [
         Simulation(institute, scenario, NoRobots(), NoFire(), seed) for seed in range(8)
     ]
-    to_the_end(runs)
+    run_in_lockstep(runs)
     out = [run.outcome().evacuated for run in runs]
     print(f"{name + ':':<19} {out}, {sum(out)} of 320 get out")
 #> in one room:        [38, 37, 19, 35, 29, 34, 35, 40], 267 of 320 get out

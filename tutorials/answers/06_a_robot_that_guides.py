@@ -10,7 +10,7 @@ from reference import Simulation, load
 from reference.fire import RandomFire
 from reference.navigation import navigation_of
 from reference.robots import flame_cost, followers_of
-from reference.workshop.lockstep import to_the_end
+from reference.workshop.lockstep import run_in_lockstep
 from reference.workshop.strategies.guides import unguided
 
 institute = load("paper")
@@ -54,7 +54,7 @@ fire = RandomFire()
 shepherds = [Shepherd(enough) for enough in (1, 2, 3, 5)]
 for robots in (*shepherds, OnFoot(1), OnFoot(2)):
     runs = [Simulation(institute, None, robots, fire, seed) for seed in range(4)]
-    to_the_end(runs)
+    run_in_lockstep(runs)
     out = [run.outcome().evacuated for run in runs]
     name = f"{type(robots).__name__}({robots.enough})"
     print(f"{name:<11} {out}, {sum(out)} of 160 get out")

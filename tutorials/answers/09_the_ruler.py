@@ -14,7 +14,7 @@ from reference.workshop.storage.workers import InProcess
 
 def evaluated(seed: int) -> tuple:
     """Play as in the tutorial; results, and the ruler on which `sweep` scores 1."""
-    evaluation = comparing.begin(
+    evaluation = comparing.begin_evaluation(
         robots=("none", "sweep"),
         fires=("none", "random", "greedy"),
         building="museum",
@@ -22,7 +22,7 @@ def evaluated(seed: int) -> tuple:
         episodes=24,
         seed=seed,
     )
-    results = comparing.evaluate(evaluation, None, InProcess())
+    results = comparing.play_evaluation(evaluation, None, InProcess())
     museum = building_of(evaluation.arena.plan)
     points = critical_points(museum, evaluation.arena.scenario)
     return results, comparing.ruler_of(results, "sweep", *points)

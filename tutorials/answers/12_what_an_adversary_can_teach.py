@@ -7,7 +7,7 @@ does not stop a fire that looks.
 
 from reference import Scenario, Simulation, load
 from reference.robots import NoRobots
-from reference.workshop.lockstep import to_the_end
+from reference.workshop.lockstep import run_in_lockstep
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.fires import CloserFire
 from reference.workshop.strategies.guard import Guard
@@ -23,7 +23,7 @@ for name, robots in (("observer", Observer), ("guard", lambda: Guard(places))):
         for seed in range(8)
     ]
     with one_thread():
-        to_the_end(runs)
+        run_in_lockstep(runs)
     saved = sum(run.outcome().evacuated for run in runs) / (40 * len(runs))
     print(f"`{name}` saves {saved:.0%} under `closer`")
 #> `observer` saves 73% under `closer`

@@ -7,7 +7,7 @@ shown them the place.
 
 from reference import Scenario, Simulation
 from reference.building import building_of
-from reference.workshop.lockstep import to_the_end
+from reference.workshop.lockstep import run_in_lockstep
 from reference.workshop.strategies.fires import FixedFire
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import Escort
@@ -38,7 +38,7 @@ for place, name in ((MOUTH, "mouth"), (DOOR, "door")):
             Simulation(cellar, evening, guides, FixedFire([place]), seed)
             for seed in range(24)
         ]
-        to_the_end(runs)
+        run_in_lockstep(runs)
         out = sum(run.outcome().evacuated for run in runs)
         print(f"{name}, {type(guides).__name__}: {out} of 288 get out")
 #> mouth, Escort: 238 of 288 get out

@@ -12,18 +12,18 @@ from dataclasses import replace
 from pathlib import Path
 
 from reference import animate
-from reference.workshop.comparing import begin, cells, evaluate
+from reference.workshop.comparing import begin_evaluation, cells, play_evaluation
 from reference.workshop.comparing.results import table
 from reference.workshop.drawing import crossplay, save
 from reference.workshop.storage.workers import workers
-from reference.workshop.training.checkpoints import load
+from reference.workshop.training.checkpoints import load_checkpoint
 
 
 def ages(folder, tenths):
     """The checkpoint nearest to each tenth of the robots' decisions, by its path."""
     steps = {}
     for path in sorted(folder.glob("checkpoint-*.pt")):
-        steps[path] = load(path).learners["robots"]["steps"]
+        steps[path] = load_checkpoint(path).learners["robots"]["steps"]
     end, found = max(steps.values()), {}
     for k in range(1, tenths + 1):
         goal = end * k / tenths
@@ -41,9 +41,10 @@ def main():
     parser.add_argument("--seed", type=int, default=5000, help="of the film")
     asked = parser.parse_args()
     found, folder = ages(asked.training, asked.tenths), asked.training / "by_age"
-    evaluation = begin([*found], [*found], seed=5000, episodes=asked.episodes)
+    names = [*found]
+    evaluation = begin_evaluation(names, names, seed=5000, episodes=asked.episodes)
     with workers(asked.workers) as executor:
-        results = evaluate(evaluation, folder, executor)
+        results = play_evaluation(evaluation, folder, executor)
     matches = [
         replace(cell, robots=found[cell.robots], fire=found[cell.fire])
         for cell in cells(results, None)

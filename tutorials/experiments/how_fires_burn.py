@@ -13,7 +13,7 @@ from unittest.mock import patch
 import numpy as np
 
 from reference import Simulation, load, paper
-from reference.workshop.lockstep import to_the_end
+from reference.workshop.lockstep import run_in_lockstep
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES, ROBOTS
 
@@ -35,7 +35,7 @@ if __name__ == "__main__":
                 Simulation(load("paper"), None, *both, seed)
                 for both, seed in zip(sides, seeds, strict=True)
             ]
-            to_the_end(runs)
+            run_in_lockstep(runs)
             ends = [run.outcome() for run in runs]
             saved = 100 * np.mean([end.evacuated / end.people for end in ends])
             reward = np.mean([end.reward for end in ends])

@@ -16,9 +16,9 @@ from itertools import zip_longest
 import numpy as np
 
 from reference import Scenario, Simulation, load
-from reference.workshop.comparing.intervals import of_mean
+from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.lockstep import to_the_end
+from reference.workshop.lockstep import run_in_lockstep
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.fires import FixedFire
 from reference.workshop.strategies.guard import Guard
@@ -31,7 +31,7 @@ def evacuations(robots, fire, seeds):
         for seed in seeds
     ]
     with one_thread():
-        to_the_end(runs)
+        run_in_lockstep(runs)
     return runs
 
 
@@ -68,5 +68,5 @@ if __name__ == "__main__":
     guarded = saved(evacuations(Guard(places), fire, seeds))
     print(f"{asked.robots} saves {own.mean():.1f} % from {asked.fire}, and")
     for values, words in ((repeated, "from its sequence"), (guarded, "as a guard")):
-        more, low, high = of_mean(values - own)
+        more, low, high = interval_of_mean(values - own)
         print(f"{more:.1f} [{low:.1f}, {high:.1f}] points more {words}")

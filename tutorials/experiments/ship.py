@@ -13,7 +13,12 @@ from typing import Any
 
 from reference.learning.settings import Side
 from reference.workshop.strategies import SHIPPED
-from reference.workshop.training.checkpoints import Checkpoint, load, names_of, save
+from reference.workshop.training.checkpoints import (
+    Checkpoint,
+    load_checkpoint,
+    player_names,
+    save_checkpoint,
+)
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
 
 
@@ -44,11 +49,11 @@ def how(checkpoint: Checkpoint, side: Side) -> dict[str, Any]:
         "seed": task.seed,
         "version": checkpoint.version,
         "decisions": {side: state["steps"] for side, state in learners},
-        "against": {side: names_of(who) for side, who in fixed},
+        "against": {side: player_names(who) for side, who in fixed},
         "imitated": task.imitate if side == "robots" else None,
         "initial": side in task.initial,
     }
 
 
 if __name__ == "__main__":
-    save(shipped(*map(load, sys.argv[1:])), SHIPPED)
+    save_checkpoint(shipped(*map(load_checkpoint, sys.argv[1:])), SHIPPED)

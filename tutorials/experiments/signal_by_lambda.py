@@ -14,11 +14,11 @@ from pathlib import Path
 
 from reference.learning.adversarial import player_of
 from reference.learning.rollouts import Job, play
-from reference.workshop.lockstep import together
+from reference.workshop.lockstep import advance_in_lockstep
 from reference.workshop.storage.workers import chunks, one_thread
 from reference.workshop.strategies import FIRES
-from reference.workshop.training.checkpoints import load
-from reference.workshop.training.gradient import figures
+from reference.workshop.training.checkpoints import load_checkpoint
+from reference.workshop.training.gradient import measure_signal
 from reference.workshop.training.rounds import Training
 
 LAMBDAS = 0.0, 0.5, 0.8, 0.95, 1.0
@@ -28,7 +28,7 @@ IN_LOCKSTEP = 8
 def played(job):
     """What the robots of a job saw, did and earned."""
     with one_thread():
-        return [episode.robots for episode in play(job, advance=together)]
+        return [episode.robots for episode in play(job, advance=advance_in_lockstep)]
 
 
 if __name__ == "__main__":
@@ -39,7 +39,7 @@ if __name__ == "__main__":
     parser.add_argument("--seed", type=int, default=300_000)
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
-    training = Training.resumed(load(asked.training))
+    training = Training.resumed(load_checkpoint(asked.training))
     learner, task = training.learners["robots"], training.task
     seeds = chunks(range(asked.seed, asked.seed + asked.episodes), IN_LOCKSTEP)
     who, scenario = player_of(learner), training.settings.scenario
@@ -55,5 +55,6 @@ if __name__ == "__main__":
     for lambd in LAMBDAS:
         learner.settings, learner.buffer = replace(asis, lambd=lambd), []
         learner.add(lives)
-        told = (f"{name} {figure:.2f}" for name, figure in figures(learner).items())
+        signal = measure_signal(learner)
+        told = (f"{name} {figure:.2f}" for name, figure in signal.items())
         print(f"lambda {lambd}: {', '.join(told)}")

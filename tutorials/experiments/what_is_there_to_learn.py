@@ -18,9 +18,9 @@ from unittest.mock import patch
 import numpy as np
 
 from reference import Scenario, Simulation, load
-from reference.workshop.comparing.intervals import of_mean
+from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.lockstep import to_the_end
+from reference.workshop.lockstep import run_in_lockstep
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import guides
 from reference.workshop.strategies.guard import Guard
@@ -124,7 +124,7 @@ def saved(name, fire, seeds):
         for seed in seeds
     ]
     with one_thread():
-        to_the_end(runs)
+        run_in_lockstep(runs)
     patch.stopall()
     return np.array([100 * r.outcome().evacuated / r.outcome().people for r in runs])
 
@@ -147,7 +147,7 @@ if __name__ == "__main__":
             found = {name: jobs[name, fire].result() for name in FAMILY}
             best = max(FAMILY, key=lambda name: found[name].mean())
             usual = usual or best
-            more, low, high = of_mean(found[best] - found[usual])
+            more, low, high = interval_of_mean(found[best] - found[usual])
             print(f"{fire}: {best} saves {more:.1f} [{low:.1f}, {high:.1f}] points")
             print(f"more than {usual}, the best under {asked.fire[0]}")
             for name in FAMILY:

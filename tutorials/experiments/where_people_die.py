@@ -15,7 +15,7 @@ import numpy as np
 from reference import Scenario, Simulation, load
 from reference.navigation import navigation_of
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.lockstep import together
+from reference.workshop.lockstep import advance_in_lockstep
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.guides import guided_by
 from reference.world import Fate
@@ -73,7 +73,7 @@ def evacuations(team, fire, seeds):
         while going := [one for one in notes if not one.run.done]:
             for one in going:
                 one.note(scenario.decision_seconds)
-            together([one.run for one in going])
+            advance_in_lockstep([one.run for one in going])
     return notes
 
 

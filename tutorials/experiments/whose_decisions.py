@@ -14,9 +14,9 @@ import numpy as np
 
 from reference import Scenario, Simulation, load
 from reference.robots import actual_target, followers_of, said_on_the_way
-from reference.workshop.comparing.intervals import of_mean
+from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.lockstep import to_the_end
+from reference.workshop.lockstep import run_in_lockstep
 from reference.workshop.storage.workers import one_thread
 from reference.world import NOWHERE
 
@@ -77,7 +77,7 @@ def evacuations(asked, follows):
         for seed, team in enumerate(teams, start=asked.seed)
     ]
     with one_thread():
-        to_the_end(runs)
+        run_in_lockstep(runs)
     outcomes = [run.outcome() for run in runs]
     saved = np.array([100 * o.evacuated / o.people for o in outcomes])
     return saved, sum((team.differ for team in teams), Counter())
@@ -96,7 +96,7 @@ if __name__ == "__main__":
     print(f"{'':12} {'an evacuation':>14} {'points':>20}")
     for follows, words in KINDS.items():
         saved, _ = evacuations(asked, follows)
-        mean, low, high = of_mean(saved - before)
+        mean, low, high = interval_of_mean(saved - before)
         often = differ[follows] / asked.episodes
         points = f"{mean:.1f} [{low:.1f}, {high:.1f}]"
         print(f"{follows:12} {often:14.1f} {points:>20}  {words}", flush=True)

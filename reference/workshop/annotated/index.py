@@ -19,7 +19,7 @@ from textwrap import dedent
 from typing import NamedTuple
 
 from reference.paper import InputError
-from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES, named_in
+from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES, keys_named_in
 
 PACKAGE = Path(__file__).resolve().parents[2]
 ROOT = PACKAGE.parent
@@ -59,7 +59,7 @@ class Symbol(NamedTuple):
     @property
     def sentence(self) -> str:
         """The first paragraph of its docstring, without citations."""
-        return uncited(self.doc.split("\n\n")[0])
+        return without_citations(self.doc.split("\n\n")[0])
 
     @property
     def source(self) -> str:
@@ -117,13 +117,15 @@ def _within(
 
 def _marks(calls: list[ast.expr]) -> Marks:
     return tuple(
-        tuple(key for text in call.args for key in named_in(ast.literal_eval(text)))
+        tuple(
+            key for text in call.args for key in keys_named_in(ast.literal_eval(text))
+        )
         for call in calls
         if isinstance(call, ast.Call) and ast.unparse(call.func) == "pytest.mark.paper"
     )
 
 
-def symbol(dotted: str) -> Symbol:
+def find_symbol(dotted: str) -> Symbol:
     """Find the symbol of a dotted name such as "learning.ppo.gae"; else KeyError."""
     parts = dotted.split(".")
     for k in range(len(parts), 0, -1):
@@ -134,7 +136,7 @@ def symbol(dotted: str) -> Symbol:
     raise KeyError(f"{dotted} is nowhere in reference/")
 
 
-def uncited(text: str) -> str:
+def without_citations(text: str) -> str:
     """A text in one line, without citations."""
     bare = re.sub(r"\s*\[[A-F]\d{1,2}\b[^\[\]]*\]", "", text)
     return " ".join(bare.split())
@@ -170,14 +172,14 @@ class Citation(NamedTuple):
         """What is said there: a comment or a paragraph; after a first one the next."""
         if self.text.startswith("# --"):  # a heading: the comment below it
             below = lines_of(self.symbol.path)[self.line :]
-            return uncited(" ".join(line.strip("# ") for line in below))
+            return without_citations(" ".join(line.strip("# ") for line in below))
         if "#" in self.text:
-            return uncited(self.text.split("#", 1)[1]).lstrip(": ")
+            return without_citations(self.text.split("#", 1)[1]).lstrip(": ")
         paragraphs = self.symbol.doc.split("\n\n")
         citing = [self.text.strip(' "') in paragraph for paragraph in paragraphs]
         k = citing.index(True)
         count = 2 if k == 0 else 1  # after a first line the reason comes next
-        return uncited(" ".join(paragraphs[k : k + count]))
+        return without_citations(" ".join(paragraphs[k : k + count]))
 
 
 @cache
@@ -187,16 +189,16 @@ def citations() -> tuple[Citation, ...]:
         PACKAGE.rglob("*.py"),
         key=lambda path: (path.name == "paper.py", "workshop" in path.parts, path),
     )
-    return tuple(cited for path in files for cited in _cited(path))
+    return tuple(cited for path in files for cited in _citations_in(path))
 
 
-def _cited(path: Path) -> Iterator[Citation]:
+def _citations_in(path: Path) -> Iterator[Citation]:
     for number, line in enumerate(lines_of(path), 1):
         around = [s for s in symbols(path) if s.first <= number <= s.last]
 
         # in brackets
         for text in re.findall(r"\[([A-F]\d{1,2}\b[^\[\]]*)\]", line):
-            keys = [*re.findall(r"\b[A-F]\d{1,2}\b", text), *named_in(text)]
+            keys = [*re.findall(r"\b[A-F]\d{1,2}\b", text), *keys_named_in(text)]
             once = tuple(dict.fromkeys(keys))
             kinds = tuple(k for k in KINDS if k in re.split("[,;:] *", text))
             yield Citation(once, kinds, around[-1], number, line)
@@ -226,7 +228,7 @@ def symbols_of(key: str) -> list[Symbol]:
     return list(dict.fromkeys(cited.symbol for cited in code_of(key)))
 
 
-def beside(key: str) -> list[str]:
+def cited_together(key: str) -> list[str]:
     """The clauses that code cites together with a place; the places with a clause."""
     together = {each for cited in code_of(key) for each in cited.keys}
     others = [each for each in TITLES if (each in CLAUSES) != (key in CLAUSES)]
@@ -290,12 +292,12 @@ def is_board(text: str) -> bool:
     """Has it floor, and rows of six signs or more, or several rows? Not walls alone."""
     if "." not in text:
         return False
-    rows = [row for _, rows in passes_of(text) for row in rows]
+    rows = [row for _, rows in captioned_boards(text) for row in rows]
     long = [row for row in rows if re.search(r"##|\.\.", row) and len(row) > 5]
     return bool(long) or (len(rows) > 2 and any("##" in row for row in rows))
 
 
-def passes_of(board: str) -> list[tuple[str, list[str]]]:
+def captioned_boards(board: str) -> list[tuple[str, list[str]]]:
     """The boards of a text: each its caption, if it has one, and its rows.
 
     A line that is no row parts two: "then", or a film's caption.

@@ -24,16 +24,22 @@ from reference import paper
 from reference.building import Building
 from reference.workshop import drawing
 from reference.workshop.annotated import index
-from reference.workshop.annotated.words import TITLES, WORDS
-from reference.workshop.drawing.annotated import board, formula, inline, snapping
+from reference.workshop.annotated.words import ANNOTATIONS, TITLES
+from reference.workshop.drawing.annotated import board, data_uri, formula, snapping
 from reference.workshop.drawing.ruler import curve
 
-LONGEST = 45  # lines of code that are shown together
+LONGEST_SNIPPET = 45  # lines of code that are shown together
 LEXER = PythonLexer(stripnl=False, ensurenl=False)
-INKS = {Keyword: "k", Operator.Word: "k", Comment: "c", String: "s", Number: "n"}
+TOKEN_CLASSES = {
+    Keyword: "k",
+    Operator.Word: "k",
+    Comment: "c",
+    String: "s",
+    Number: "n",
+}
 
 
-def page(building: Building, folder: Path) -> str:
+def annotated_page(building: Building, folder: Path) -> str:
     """Write the page for a folder, from where its links lead to the files.
 
     The figures show a building. Raises InputError without tests.
@@ -51,10 +57,10 @@ def page(building: Building, folder: Path) -> str:
     presets = index.PACKAGE / "workshop" / "training" / "presets.toml"
     return shelf.get_template("page.html").render(
         index=index,
-        words=WORDS,
+        words=ANNOTATIONS,
         titles=TITLES,
         tables=(paper.TABLE_I, paper.TABLE_II),
-        read_at=read_at,
+        read_at=readers_of_setting,
         pictures=_pictures(building),
         version=reference.__version__,
         laptop=tomllib.loads(presets.read_text("utf-8"))["laptop"],
@@ -65,14 +71,14 @@ def page(building: Building, folder: Path) -> str:
 def _pictures(building: Building) -> dict[str, str]:
     """Data URIs of the six figures, and of two equations."""
     figures = {"Eq. 3": snapping(), "Eq. 4": curve()}
-    for number, place in enumerate(WORDS["figures"], 1):
+    for number, place in enumerate(ANNOTATIONS["figures"], 1):
         draw = getattr(drawing, index.symbols_of(place)[0].name)
         floor = {"floor": number - 4} if number > 3 else {}  # Figs. 4-6 show one each
         figures[place] = draw(building, **floor)
-    return {place: inline(figure) for place, figure in figures.items()}
+    return {place: data_uri(figure) for place, figure in figures.items()}
 
 
-def read_at(setting: str) -> list[str]:
+def readers_of_setting(setting: str) -> list[str]:
     """Where trainers and trainings read a setting, as file:line; the first four."""
     read = re.compile(rf"\b(s|settings|robots|fire|made)\.{setting}\b")
     return [
@@ -115,7 +121,7 @@ def pictures_of_boards() -> Callable[[str], str]:
     def pictured(text: str) -> str:
         """The boards of a text as pictures, each with its caption."""
         html = ""
-        for caption, rows in index.passes_of(text):
+        for caption, rows in index.captioned_boards(text):
             rows = walled(rows)
             wide = max(map(len, rows))
             shapes = board(rows)
@@ -135,14 +141,14 @@ def pictures_of_boards() -> Callable[[str], str]:
 def snippet(code: str) -> str:
     """Code as HTML: keywords are of class k, strings s, numbers n, comments c."""
     lines = code.split("\n")
-    more = ["…"] if len(lines) > LONGEST else []
-    text = "\n".join(lines[:LONGEST] + more)
+    more = ["…"] if len(lines) > LONGEST_SNIPPET else []
+    text = "\n".join(lines[:LONGEST_SNIPPET] + more)
     html = ""
-    for ink, tokens in groupby(lex(text, LEXER), lambda token: _ink(token[0])):
+    for ink, tokens in groupby(lex(text, LEXER), lambda token: _token_class(token[0])):
         words = escape("".join(word for _, word in tokens), quote=False)
         html += f"<i class='{ink}'>{words}</i>" if ink else words
     return f"<pre><code>{html}</code></pre>"
 
 
-def _ink(kind: Any) -> str | None:
-    return next((ink for inked, ink in INKS.items() if kind in inked), None)
+def _token_class(kind: Any) -> str | None:
+    return next((ink for inked, ink in TOKEN_CLASSES.items() if kind in inked), None)

@@ -9,24 +9,26 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-WORDS: dict[str, Any] = tomllib.loads(
+ANNOTATIONS: dict[str, Any] = tomllib.loads(
     Path(__file__).with_name("annotations.toml").read_text(encoding="utf-8")
 )
-KINDS: tuple[str, ...] = tuple(WORDS["kinds"])
-CLAUSES: dict[str, str] = {key: kind for key, (kind, _) in WORDS["clauses"].items()}
+KINDS: tuple[str, ...] = tuple(ANNOTATIONS["kinds"])
+CLAUSES: dict[str, str] = {
+    key: kind for key, (kind, _) in ANNOTATIONS["clauses"].items()
+}
 """The kind of each clause, A1 to F12."""
 
 TITLES: dict[str, str] = {
-    **{key: title for key, (_, title) in WORDS["clauses"].items()},
-    **WORDS["algorithms"],
+    **{key: title for key, (_, title) in ANNOTATIONS["clauses"].items()},
+    **ANNOTATIONS["algorithms"],
     **{
         f"{name}:{number}": line.strip()
-        for name, lines in WORDS["lines"].items()
+        for name, lines in ANNOTATIONS["lines"].items()
         for number, line in enumerate(lines.splitlines(), 1)
     },
-    **{place: told["title"] for place, told in WORDS["equations"].items()},
-    **WORDS["tables"],
-    **WORDS["figures"],
+    **{place: told["title"] for place, told in ANNOTATIONS["equations"].items()},
+    **ANNOTATIONS["tables"],
+    **ANNOTATIONS["figures"],
 }
 """Each clause and each place, in our words."""
 
@@ -35,7 +37,7 @@ _RANGE = (
 )
 
 
-def named_in(text: str) -> list[str]:
+def keys_named_in(text: str) -> list[str]:
     """Clauses and places that a text names, ranges understood.
 
     "Alg. 2:13-15" are three lines, "Figs. 4-6" three figures, "Alg. 1" is the whole.

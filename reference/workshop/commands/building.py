@@ -12,18 +12,20 @@ from time import sleep, strftime
 from reference.building import Kind
 from reference.paper import InputError
 from reference.workshop.commands import options
-from reference.workshop.commands.common import note, tell
-from reference.workshop.maps import MistakesError, find, load, shipped_floors
+from reference.workshop.commands.common import print_note, print_report
+from reference.workshop.maps import MistakesError, find_map, load, shipped_floors
 from reference.workshop.maps.semantics import touching
-from reference.workshop.storage.files import read_text, told
+from reference.workshop.storage.files import message_of, read_text
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
-VIEW = "walkable: where one may walk; closeup: a door, an exit, stairs; default: top"
-POLL = 0.3  # seconds between two looks at a watched file
+VIEW_HELP = (
+    "walkable: where one may walk; closeup: a door, an exit, stairs; default: top"
+)
+LOOK_SECONDS = 0.3  # seconds between two looks at a watched file
 WATCH = options.flag("--watch", "again each time the file is saved; Ctrl-C ends")
 
 
-@options.command("check paper", options.FILE, WATCH, options.JSON)
+@options.command("check paper", options.MAP_FILE, WATCH, options.JSON)
 def check(arguments: Namespace) -> None:
     """Says that a map is fine and what is in it, or explains its mistakes."""
     _at_every_save(arguments, partial(_check, arguments), sleep)
@@ -43,7 +45,7 @@ def _check(arguments: Namespace) -> None:
         raise  # stderr has the words for people
 
     for one, other in dict.fromkeys(touching(building)):
-        note(
+        print_note(
             f"note: {one.id} and {other.id} touch at a corner; nobody passes there. "
             "Draw a wall, or a door."
         )
@@ -58,14 +60,14 @@ def _check(arguments: Namespace) -> None:
     }
     words = ", ".join(f"{name} {count}" for name, count in counts.items())
     title = building.title
-    tell(arguments, {"title": title, **counts}, f"ok: {title}, {words}")
+    print_report(arguments, {"title": title, **counts}, f"ok: {title}, {words}")
 
 
 @options.command(
     "draw paper --view oblique -o paper.png",
-    options.FILE,
+    options.MAP_FILE,
     WATCH,
-    options.option("--view", VIEW, choices=VIEWS, default="top"),
+    options.option("--view", VIEW_HELP, choices=VIEWS, default="top"),
     options.output("-o --output", options.PICTURES, "default: NAME-VIEW.png here"),
 )
 def draw(arguments: Namespace) -> None:
@@ -74,7 +76,7 @@ def draw(arguments: Namespace) -> None:
 
     def work() -> None:
         """Draw it once, and say where."""
-        name = f"{find(arguments.file).stem}-{arguments.view}.png"
+        name = f"{find_map(arguments.file).stem}-{arguments.view}.png"
         picture = getattr(drawing, arguments.view)(load(arguments.file))
         path = drawing.save(picture, arguments.output or Path(name))
         print(path)
@@ -91,7 +93,7 @@ def _at_every_save(
     if not arguments.watch:
         work()
         return
-    path = find(arguments.file)
+    path = find_map(arguments.file)
     done = 0  # when the file was saved that was worked on last, ns
     with suppress(KeyboardInterrupt):
         while True:
@@ -100,12 +102,12 @@ def _at_every_save(
                 saved = path.stat().st_mtime_ns if path.exists() else done
                 if saved != done:
                     done = saved  # once, also if it fails
-                    note(strftime(f"{'':-<40} %H:%M:%S"))
+                    print_note(strftime(f"{'':-<40} %H:%M:%S"))
                     work()
             except (InputError, OSError) as error:
-                note(told(error))
+                print_note(message_of(error))
             sys.stdout.flush()
-            wait(POLL)
+            wait(LOOK_SECONDS)
 
 
 @options.command(
@@ -115,7 +117,7 @@ def _at_every_save(
 def floors(arguments: Namespace) -> None:
     """Lists the maps that ship, or prints one, to be copied and changed."""
     if arguments.name is not None:
-        print(read_text(find(arguments.name)), end="")
+        print(read_text(find_map(arguments.name)), end="")
         return
     for name in shipped_floors():
         building = load(name)

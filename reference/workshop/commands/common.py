@@ -12,39 +12,39 @@ from typing import Any
 
 from reference.paper import InputError
 from reference.workshop.comparing.results import aligned
-from reference.workshop.storage.runs import held
+from reference.workshop.storage.runs import locked
 from reference.workshop.storage.workers import cluster, workers
 
 
-def tell(arguments: Namespace, report: dict[str, Any], text: str) -> None:
+def print_report(arguments: Namespace, report: dict[str, Any], text: str) -> None:
     """Print a report as JSON where that is asked for, else as text."""
     print(json.dumps(report) if arguments.json else text)
 
 
-def note(words: str) -> None:
+def print_note(words: str) -> None:
     """Print a note to stderr."""
     print(words, file=sys.stderr)
 
 
-def figure(value: float | str | None) -> str:
+def format_figure(value: float | str | None) -> str:
     """Write a figure with two decimals if it has any, a word as it is, "-" for None."""
     if isinstance(value, str):
         return value
     return "-" if value is None else f"{value:,.2f}".removesuffix(".00")
 
 
-def table(values: Sequence[Sequence[float | str | None]], align: str) -> str:
+def format_table(values: Sequence[Sequence[float | str | None]], align: str) -> str:
     """Write figures and words in rows, `aligned`."""
-    return aligned([[figure(value) for value in row] for row in values], align)
+    return aligned([[format_figure(value) for value in row] for row in values], align)
 
 
-def again(*words: object) -> str:
+def shell_line(*words: object) -> str:
     """Write a command line that can be typed into a shell."""
     return shlex.join(["python", "-m", "reference", *map(str, words)])
 
 
 @contextmanager
-def resumable(
+def run_in_folder(
     arguments: Namespace, folder: Path | None, start: Callable[[], Any], *words: object
 ) -> Iterator[tuple[Any, Executor]]:
     """Start or resume a run in its folder; yield it and workers.
@@ -61,12 +61,12 @@ def resumable(
         hands = workers(arguments.workers)
     advice = "Nothing is kept without --out."
     if folder:
-        advice = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
+        advice = f"Go on with:\n  {shell_line(*words, '--resume', '--out', folder)}"
     if address:
         advice = f"Workers finish what they are at, and keep it. {advice}"
 
     try:
-        with held(folder, arguments.resume, start) as run, hands as executor:
+        with locked(folder, arguments.resume, start) as run, hands as executor:
             yield run, executor
     except BrokenExecutor as error:
         raise InputError(

@@ -13,9 +13,14 @@ from typing import Any
 from tqdm import tqdm
 
 from reference.workshop.commands import options
-from reference.workshop.commands.common import note, table, tell
-from reference.workshop.comparing.matches import Arena, Evaluation, begin, notes
-from reference.workshop.comparing.named import ABOUT, said_of
+from reference.workshop.commands.common import format_table, print_note, print_report
+from reference.workshop.comparing.matches import (
+    Arena,
+    Evaluation,
+    begin_evaluation,
+    notes,
+)
+from reference.workshop.comparing.named import DESCRIPTIONS, describe
 from reference.workshop.measuring.crowding import Crowding
 from reference.workshop.measuring.recording import recording, ticks
 from reference.workshop.storage.runs import ContradictionError
@@ -30,24 +35,24 @@ Facts = dict[str, Any]
 PLAYED = ("robots", "fire", "seed")  # what a run played; the rest came of it
 FILMED: list[Pair] = [("none", "random"), ("escort", "random")]
 LEARNED_BOTH: Pair = (LEARNED, LEARNED)
-FILM = Path("evacuation.html")
-EPISODES = "how many; episode i uses seed + i; default: 1"
-TYPICAL = 37
+FILM_FILE = Path("evacuation.html")
+EPISODES_HELP = "how many; episode i uses seed + i; default: 1"
+TYPICAL_SEED = 37
 """A seed whose three evacuations end within three people of the means in RESULTS."""
 
 
 @options.command(
     "--seed 7 --animate film.gif",
-    options.output("--animate", options.FILMS, "the film", FILM),
+    options.output("--animate", options.FILMS, "the film", FILM_FILE),
     options.SEED,
     options.JSON,
 )
 def first_look(arguments: Namespace) -> None:
     """Plays one seed without guides, with guides, and with both sides that learned."""
-    seed = TYPICAL if arguments.seed is None else arguments.seed
+    seed = TYPICAL_SEED if arguments.seed is None else arguments.seed
     with workers(1) as other:  # it loads torch, which is slow, in the meantime
-        learned = other.submit(_one_seed, [LEARNED_BOTH], seed)
-        arena, runs = _one_seed(FILMED, seed, arguments.animate)
+        learned = other.submit(_play_one_seed, [LEARNED_BOTH], seed)
+        arena, runs = _play_one_seed(FILMED, seed, arguments.animate)
         runs += learned.result()[1]  # its arena is the same
 
     lines = [f"{arena.building}, {arena.people} people, seed {seed}"]
@@ -55,32 +60,36 @@ def first_look(arguments: Namespace) -> None:
         health = f"{run['mean_health'] or 0:.0f} of 100 health on average"
         out = f"{run['evacuated']:3} get out alive, with {health}"
         lines.append(f"{_heading(pair) + ':':33}{out}")
-    tell(arguments, {"seed": seed, "runs": runs}, "\n".join(lines))
-    note(f"written: {arguments.animate}")
+    print_report(arguments, {"seed": seed, "runs": runs}, "\n".join(lines))
+    print_note(f"written: {arguments.animate}")
 
 
-def _one_seed(
+def _play_one_seed(
     pairs: Sequence[Pair], seed: int, film: Path | None = None
 ) -> tuple[Arena, list[Facts]]:
     """Play a seed with each pair in the paper's building; return what came of each."""
     robots, fires = zip(*pairs, strict=True)
-    evaluation = begin(robots, fires, seed=seed, episodes=1)
-    return evaluation.arena, _episode(evaluation, pairs, seed, film)
+    evaluation = begin_evaluation(robots, fires, seed=seed, episodes=1)
+    return evaluation.arena, _play_episode(evaluation, pairs, seed, film)
 
 
 @options.command("strategies", options.JSON)
 def strategies(arguments: Namespace) -> None:
     """Says in a line each what every robot strategy and every fire does."""
-    tell(arguments, {side: ABOUT[side] for side in ABOUT}, options.strategies().strip())
+    print_report(
+        arguments,
+        {side: DESCRIPTIONS[side] for side in DESCRIPTIONS},
+        options.list_players().strip(),
+    )
 
 
 @options.command(
     "evacuate --robots none sweep --animate both.html",
     options.BUILDING,
-    options.PEOPLE,
+    options.PEOPLE_OPTION,
     options.player("robots", "default: sweep", default=["sweep"], nargs="+"),
     options.player("fire", "default: random", default=["random"], nargs="+"),
-    options.number("--episodes", 1, EPISODES, default=1),
+    options.number("--episodes", 1, EPISODES_HELP, default=1),
     options.SAMPLE,
     options.ERRORS,
     options.folder("--record", "trajectories of the first episode and pair, for PedPy"),
@@ -96,35 +105,37 @@ def strategies(arguments: Namespace) -> None:
     ),
     options.SEED,
     options.JSON,
-    end=options.strategies(),
+    end=options.list_players(),
 )
 def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells how many get out."""
     pairs = _pairs(arguments)
     robots, fires = zip(*pairs, strict=True)
-    evaluation = begin(robots, fires, **options.of_evaluation(arguments))
+    evaluation = begin_evaluation(
+        robots, fires, **options.evaluation_options(arguments)
+    )
     for line in notes(evaluation):
-        note(line)
+        print_note(line)
     crowding = Crowding() if arguments.density else None
 
     played = []
     film = arguments.animate
     folder = arguments.record
     for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
-        played.append(_episode(evaluation, pairs, seed, film, folder, crowding))
+        played.append(_play_episode(evaluation, pairs, seed, film, folder, crowding))
         film = folder = None  # of the first one only
 
-    told = [_told(evaluation, runs) for runs in zip(*played, strict=True)]
+    told = [_report(evaluation, runs) for runs in zip(*played, strict=True)]
     report = {"pairs": told} if len(told) > 1 else told[0]
-    tell(arguments, report, _table_of(told))
+    print_report(arguments, report, _table_of(told))
 
     if crowding:
-        from reference.workshop.drawing import crowded, save  # loads matplotlib
+        from reference.workshop.drawing import crowding_map, save  # loads matplotlib
 
-        save(crowded(crowding, _heading(pairs[0])), arguments.density)
+        save(crowding_map(crowding, _heading(pairs[0])), arguments.density)
     for path in (arguments.animate, arguments.record, arguments.density):
         if path:
-            note(f"written: {path}")
+            print_note(f"written: {path}")
 
 
 def _table_of(told: Sequence[Facts]) -> str:
@@ -134,7 +145,7 @@ def _table_of(told: Sequence[Facts]) -> str:
         if name != "runs":
             words = name.replace("health", "health_of_those_out").replace("_", " ")
             rows.append([words, *(of_pair[name] for of_pair in told)])
-    return table(rows, "<" + ">" * len(told))
+    return format_table(rows, "<" + ">" * len(told))
 
 
 def _pairs(arguments: Namespace) -> list[Pair]:
@@ -146,7 +157,7 @@ def _pairs(arguments: Namespace) -> list[Pair]:
     return [(robots[k % len(robots)], fires[k % len(fires)]) for k in range(count)]
 
 
-def _episode(
+def _play_episode(
     evaluation: Evaluation,
     pairs: Sequence[Pair],
     seed: int,
@@ -170,7 +181,9 @@ def _episode(
         if film:
             from reference.workshop.drawing.film import animate  # loads matplotlib
 
-            headings = [f"{_heading(pair)}\n{_who(*pair)}" for pair in pairs]
+            headings = [
+                f"{_heading(pair)}\n{_players_in_words(*pair)}" for pair in pairs
+            ]
             animate(simulations, film, headings, going)
         deque(going, maxlen=0)  # plays what a film has not played
 
@@ -183,9 +196,9 @@ def _episode(
     return facts
 
 
-def _who(robots: str, fire: str) -> str:
+def _players_in_words(robots: str, fire: str) -> str:
     """Say who plays, a line for each side."""
-    return f"robots: {said_of(robots, 'robots')}\nfire: {said_of(fire, 'fire')}"
+    return f"robots: {describe(robots, 'robots')}\nfire: {describe(fire, 'fire')}"
 
 
 def _heading(pair: Pair) -> str:
@@ -196,7 +209,7 @@ def _heading(pair: Pair) -> str:
     return f"{guides}, {burns}"
 
 
-def _told(evaluation: Evaluation, runs: Sequence[Facts]) -> Facts:
+def _report(evaluation: Evaluation, runs: Sequence[Facts]) -> Facts:
     """Say what a pair played, the mean of every figure, and all runs."""
     facts: Facts = {"building": evaluation.arena.building}
     for name in PLAYED:

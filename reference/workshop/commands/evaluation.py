@@ -8,7 +8,7 @@ from pathlib import Path
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import paper_ruler
 from reference.workshop.commands import options
-from reference.workshop.commands.common import note, resumable, tell
+from reference.workshop.commands.common import print_note, print_report, run_in_folder
 from reference.workshop.comparing import matches, results, runs
 from reference.workshop.comparing.matches import Arena, Evaluation
 from reference.workshop.comparing.results import Baseline, Cell
@@ -29,8 +29,10 @@ NO_BASELINE = (
     options.player("robots", "default: sweep", nargs="+"),
     options.player("fire", "default: random", nargs="+"),
     options.BUILDING,
-    options.PEOPLE,
-    options.number("--episodes", 1, f"of each pair; default: {matches.EPISODES}"),
+    options.PEOPLE_OPTION,
+    options.number(
+        "--episodes", 1, f"of each pair; default: {matches.DEFAULT_EPISODES}"
+    ),
     options.SAMPLE,
     options.ERRORS,
     options.WORKERS,
@@ -44,7 +46,7 @@ NO_BASELINE = (
     ),
     options.SEED,
     options.JSON,
-    end=options.strategies(),
+    end=options.list_players(),
 )
 def evaluate(arguments: Namespace) -> None:
     """Plays all robots against all fires: survival, reward R, difficulty h, score E."""
@@ -55,30 +57,32 @@ def evaluate(arguments: Namespace) -> None:
     same = ["evaluate"]
     if baseline:
         same += ["--baseline", baseline]
-    with resumable(arguments, out, partial(_evaluation, arguments), *same) as work:
+    with run_in_folder(
+        arguments, out, partial(_begin_or_resume, arguments), *same
+    ) as work:
         evaluation, executor = work
         if baseline and baseline not in evaluation.robots:
             told = f"--baseline {baseline}: add it to --robots."
             raise ContradictionError(told + did_you_mean(baseline, evaluation.robots))
-        note(evaluation.about())
-        played = runs.evaluate(evaluation, out, executor)
-        _tell(arguments, evaluation, played)
+        print_note(evaluation.about())
+        played = runs.play_evaluation(evaluation, out, executor)
+        _print_and_keep(arguments, evaluation, played)
 
 
-def _evaluation(arguments: Namespace) -> Evaluation:
+def _begin_or_resume(arguments: Namespace) -> Evaluation:
     """Begin an evaluation, or resume one with further robots and fires."""
-    asked = options.of_evaluation(arguments)
+    asked = options.evaluation_options(arguments)
     robots = arguments.robots or ()
     fires = arguments.fire or ()
     if arguments.resume:
-        begun = matches.resume(arguments.out, robots, fires)
+        begun = matches.resume_evaluation(arguments.out, robots, fires)
         arena = {"building": begun.arena.building, "people": begun.arena.people}
         refuse_options(asked, vars(begun) | arena)
         return begun
-    return matches.begin(robots or ["sweep"], fires or ["random"], **asked)
+    return matches.begin_evaluation(robots or ["sweep"], fires or ["random"], **asked)
 
 
-def _tell(
+def _print_and_keep(
     arguments: Namespace, evaluation: Evaluation, played: list[RunResult]
 ) -> None:
     """Print and keep what the runs come to."""
@@ -91,7 +95,7 @@ def _tell(
     cells = results.cells(
         played, ruler, arguments.baseline, baseline.ruler if baseline else None
     )
-    report = results.as_json(evaluation, ruler, cells, baseline)
+    report = results.evaluation_as_json(evaluation, ruler, cells, baseline)
     text = [
         evaluation.about(),
         *report["notes"],
@@ -101,7 +105,7 @@ def _tell(
         f"paper's building: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}",
         baseline.about() if baseline else NO_BASELINE,
     ]
-    tell(arguments, report, "\n".join(text))
+    print_report(arguments, report, "\n".join(text))
     if arguments.out:  # last: whatever cannot be written, the table has been told
         write_json(arguments.out / "cells.json", report)
         _draw(arguments.out, arena, baseline, cells, played)
@@ -119,7 +123,7 @@ def _draw(
     from reference.workshop.drawing.ruler import contours, curve
 
     save(crossplay.matrix(cells), folder / "matrix.png")
-    save(crossplay.curves(played), folder / "evacuations.png")
+    save(crossplay.evacuation_curves(played), folder / "evacuations.png")
     ruler = paper_ruler()
     one = "the paper's baseline"
     if baseline:
@@ -129,4 +133,4 @@ def _draw(
     best = best_reward(arena.drawn, arena.people)
     save(curve(ruler, best), folder / "ruler.png")
     save(contours(ruler, cells, one), folder / "scores.png")
-    note(f"tables and pictures are in {folder}")
+    print_note(f"tables and pictures are in {folder}")

@@ -8,7 +8,7 @@ from typing import Any
 
 from reference.paper import InputError
 from reference.workshop.commands import options
-from reference.workshop.commands.common import note, resumable, tell
+from reference.workshop.commands.common import print_note, print_report, run_in_folder
 from reference.workshop.storage.files import write_whole
 
 
@@ -31,39 +31,47 @@ def experiment(arguments: Namespace) -> None:
     from reference.workshop.comparing import design, jobs
 
     folder = arguments.out or Path("out") / arguments.file.stem
-    read = partial(design.read, arguments.file)
-    with resumable(arguments, folder, read, "experiment", arguments.file) as work:
+    read = partial(design.read_experiment, arguments.file)
+    with run_in_folder(arguments, folder, read, "experiment", arguments.file) as work:
         asked, executor = work
-        note(f"trainings: {len(asked.trainings)}, then tests")
+        print_note(f"trainings: {len(asked.trainings)}, then tests")
         failed = jobs.finish_trainings(asked, folder, executor)
         if played := jobs.play_tests(asked, folder, executor):
-            _tell(arguments, asked, played, folder)
+            _write_and_print(arguments, asked, played, folder)
     if failed:
         raise InputError("\n".join(f"{name}: {why}" for name, why in failed.items()))
 
 
-def _tell(arguments: Namespace, asked: Any, played: list[Any], folder: Path) -> None:
+def _write_and_print(
+    arguments: Namespace, asked: Any, played: list[Any], folder: Path
+) -> None:
     """Write the page and its pictures; print the table and the answer."""
     from reference.workshop.comparing import jobs, report
-    from reference.workshop.comparing.results import as_plain, scenario_as_json, table
+    from reference.workshop.comparing.results import (
+        cell_as_json,
+        scenario_as_json,
+        table,
+    )
     from reference.workshop.drawing import crossplay, curves, save
 
     results = report.Results(asked, played)
     cells = results.cells()
     answer = results.answer()
-    save(crossplay.matrix(cells, fill(report.OVER, 80)), folder / "matrix.png")
-    arms: dict[str, list[curves.Run]] = {}
-    for name, made in jobs.over(asked, folder).items():
-        arms.setdefault(jobs.arm_of(name), []).append(curves.read(made))
-    save(curves.of_arms(arms), folder / "curves.png")
-    page = report.page(results, "matrix.png", "curves.png")
+    save(
+        crossplay.matrix(cells, fill(report.INTERVALS_NOTE, 80)), folder / "matrix.png"
+    )
+    arms: dict[str, list[curves.TrainingTable]] = {}
+    for name, made in jobs.finished(asked, folder).items():
+        arms.setdefault(jobs.arm_of(name), []).append(curves.read_summaries(made))
+    save(curves.curves_of_arms(arms), folder / "curves.png")
+    page = report.report_page(results, "matrix.png", "curves.png")
     write_whole(folder / "page.md", page.encode())
     told = {
         "building": asked.arena.building,
         "scenario": scenario_as_json(asked.arena),
         "answer": answer,
-        "cells": [as_plain(cell) for cell in cells],
+        "cells": [cell_as_json(cell) for cell in cells],
     }
     head = asked.arena.about()
-    tell(arguments, told, f"{head}\n{table(cells, report.SHOWN)}\n{answer}")
-    note(f"the page is {folder / 'page.md'}")
+    print_report(arguments, told, f"{head}\n{table(cells, report.SHOWN)}\n{answer}")
+    print_note(f"the page is {folder / 'page.md'}")

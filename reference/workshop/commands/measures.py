@@ -7,9 +7,14 @@ from typing import Any
 from tqdm import tqdm
 
 from reference.workshop.commands import options
-from reference.workshop.commands.common import figure, note, table, tell
+from reference.workshop.commands.common import (
+    format_figure,
+    format_table,
+    print_note,
+    print_report,
+)
 from reference.workshop.maps import load
-from reference.workshop.measuring.validation import CASES, NOT_MODELLED, measured
+from reference.workshop.measuring.validation import CASES, NOT_MODELLED, measure_case
 from reference.workshop.storage.files import write_whole
 
 
@@ -27,23 +32,23 @@ def validate(arguments: Namespace) -> None:
     seed = arguments.seed or 0
     names = arguments.only or list(CASES)
     progress = tqdm(names, unit="case", disable=None, leave=False)
-    cases = [measured(name, seed) for name in progress]
+    cases = [measure_case(name, seed) for name in progress]
     missing = {} if arguments.only else NOT_MODELLED
 
     rows = [("verdict", "case", "what", "accepted", "measured"), *map(_row, cases)]
     rows += [("not modelled", k, *reason, "") for k, reason in missing.items()]
     report = {"seed": seed, "cases": cases, "not_modelled": missing}
-    tell(arguments, report, table(rows, "<<<<<"))
+    print_report(arguments, report, format_table(rows, "<<<<<"))
     if arguments.output:
         from reference.workshop.drawing import save, validation  # loads matplotlib
 
-        note(f"written: {save(validation.diagram(seed), arguments.output)}")
+        print_note(f"written: {save(validation.diagram(seed), arguments.output)}")
 
 
 def _row(case: dict[str, Any]) -> tuple[str, ...]:
     """Write a case in words: its verdict, what was measured, and what to know of it."""
     runs = case["runs"]
-    words = {name: figure(value) for name, value in case["measured"].items()}
+    words = {name: format_figure(value) for name, value in case["measured"].items()}
     for name, count in case["never"].items():
         words[name] += f" (never in {count}/{runs})"
     numbers = ", ".join(f"{name}: {word}" for name, word in words.items())
@@ -58,16 +63,16 @@ def _row(case: dict[str, Any]) -> tuple[str, ...]:
 @options.command("bench --json", options.building("paper"), options.SEED, options.JSON)
 def bench(arguments: Namespace) -> None:
     """Measures speed: what is simulated, decided and learned from in a second."""
-    from reference.workshop.measuring.bench import measure  # loads torch
+    from reference.workshop.measuring.bench import measure_speed  # loads torch
 
     name = "paper" if arguments.building is None else arguments.building
-    report = measure(name, arguments.seed or 0)
+    report = measure_speed(name, arguments.seed or 0)
     rows = [
         (name.replace("_", " "), case, value)
         for name, cases in report.items()
         for case, value in cases.items()
     ]
-    tell(arguments, report, table(rows, "<<>"))
+    print_report(arguments, report, format_table(rows, "<<>"))
 
 
 @options.command(
@@ -76,7 +81,10 @@ def bench(arguments: Namespace) -> None:
 )
 def paper(arguments: Namespace) -> None:
     """Writes the annotated paper: one page of clauses, code, tests and pictures."""
-    from reference.workshop.annotated.page import page  # loads matplotlib
+    from reference.workshop.annotated.page import annotated_page  # loads matplotlib
 
-    write_whole(arguments.output, page(load("paper"), arguments.output.parent).encode())
+    write_whole(
+        arguments.output,
+        annotated_page(load("paper"), arguments.output.parent).encode(),
+    )
     print(arguments.output)

@@ -9,7 +9,12 @@ from typing import Any, NamedTuple
 
 from reference import paper
 from reference.paper import InputError
-from reference.workshop.comparing.named import ABOUT, NAMES, Side, refuse_unknown
+from reference.workshop.comparing.named import (
+    DESCRIPTIONS,
+    PLAYER_NAMES,
+    Side,
+    refuse_unknown,
+)
 from reference.workshop.strategies.own import CODE
 
 Option = tuple[list[str], dict[str, Any]]
@@ -84,7 +89,7 @@ def player(
     side: Side, note: str, known: Sequence[str] | None = None, **told: Any
 ) -> Option:
     """Declare --robots or --fire; known: names that the command takes, if not all."""
-    words = known or NAMES[side]
+    words = known or PLAYER_NAMES[side]
 
     def somebody(text: str) -> str:
         """Refuse who is not known."""
@@ -101,16 +106,16 @@ def player(
     return option(f"--{side}", note, type=somebody, metavar="S", **told)
 
 
-def strategies() -> str:
+def list_players() -> str:
     """List everybody who can play, with what they do."""
     rows = list[str]()
-    for side, words in ABOUT.items():
+    for side, words in DESCRIPTIONS.items():
         rows += ["", f"{side}:"]
         rows += [f"  {word:<12}{does}" for word, does in words.items()]
     return "\n".join(rows)
 
 
-def of_evaluation(arguments: Namespace) -> dict[str, Any]:
+def evaluation_options(arguments: Namespace) -> dict[str, Any]:
     """Collect what was asked for of an evaluation's place and runs, by name."""
     names = ("building", "people", "seed", "episodes", "sample", "errors")
     asked = {name: getattr(arguments, name) for name in names}
@@ -120,7 +125,7 @@ def of_evaluation(arguments: Namespace) -> dict[str, Any]:
 
 PICTURES = ".png, .svg, .pdf"
 FILMS = ".gif, .html, .mp4"
-FILE = option("file", "a map, by path or by the name of one that ships")
+MAP_FILE = option("file", "a map, by path or by the name of one that ships")
 
 
 def _cores() -> int:
@@ -144,17 +149,19 @@ BUILDING = option(
     "which must agree, else paper and its scenario",
     metavar="MAP",
 )
-COUNT = f"default: the checkpoints', else {paper.PEOPLE}"
-PEOPLE = number("--people", 1, COUNT, most=paper.MOST)
+PEOPLE_HELP = f"default: the checkpoints', else {paper.PEOPLE}"
+PEOPLE_OPTION = number("--people", 1, PEOPLE_HELP, most=paper.MOST)
 SAMPLE = flag(
     "--sample", "draw a learned policy's actions, not the likeliest", default=None
 )
-WRONG = "robots misjudge positions by up to N metres, as harms most; default: 0"
-ERRORS = number("--errors", 0, WRONG, most=40)
-PLAY = "how many processes, which changes no result; 0: this one; default: all cores"
-WORKERS = number("--workers", 0, PLAY, most=1000, default=CORES)
-LARGEST = 2**53  # the largest whole number that every reader of JSON keeps exact
-CHANCE = "all chance follows from N; default: 0, without a command a typical one"
+ERRORS_HELP = "robots misjudge positions by up to N metres, as harms most; default: 0"
+ERRORS = number("--errors", 0, ERRORS_HELP, most=40)
+WORKERS_HELP = (
+    "how many processes, which changes no result; 0: this one; default: all cores"
+)
+WORKERS = number("--workers", 0, WORKERS_HELP, most=1000, default=CORES)
+LARGEST_SEED = 2**53  # the largest whole number that every reader of JSON keeps exact
+SEED_HELP = "all chance follows from N; default: 0, without a command a typical one"
 # Also an option of the whole command line: left out here, it does not undo that one.
-SEED = number("--seed", 0, CHANCE, most=LARGEST, default=SUPPRESS)
+SEED = number("--seed", 0, SEED_HELP, most=LARGEST_SEED, default=SUPPRESS)
 JSON = flag("--json", "print one JSON object", default=SUPPRESS)

@@ -6,10 +6,16 @@ from pathlib import Path
 from typing import Any
 
 from reference.learning.settings import SIDES
+from reference.workshop.anchors.settings import SideSettings
 from reference.workshop.commands import options
-from reference.workshop.commands.common import again, note, resumable, table, tell
-from reference.workshop.comparing.named import NAMES, WORST
-from reference.workshop.remedies.settings import SideSettings
+from reference.workshop.commands.common import (
+    format_table,
+    print_note,
+    print_report,
+    run_in_folder,
+    shell_line,
+)
+from reference.workshop.comparing.named import PLAYER_NAMES, WORST
 from reference.workshop.storage.records import rows_of
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.strategies import GUIDES
@@ -17,12 +23,12 @@ from reference.workshop.strategies.own import CODE
 from reference.workshop.training.presets import PRESETS
 from reference.workshop.training.summaries import SUMMARIES
 
-FIXED = "if given, this side does not learn; several play in turn"
-ROBOTS, FIRES = (
-    [name for name in NAMES[side] if name not in (WORST, CODE)] for side in SIDES
+FIXED_HELP = "if given, this side does not learn; several play in turn"
+ROBOT_NAMES, FIRE_NAMES = (
+    [name for name in PLAYER_NAMES[side] if name not in (WORST, CODE)] for side in SIDES
 )
 """Who can play the side that does not learn."""
-ROWS = rows_of(SideSettings)
+SETTING_ROWS = rows_of(SideSettings)
 TINY = "preset tiny ends before anything is learned; to learn, take --preset laptop"
 
 
@@ -47,16 +53,16 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
     options.option(
         "--trainer",
         "of the robots; default: the preset's",
-        choices=ROWS["trainer_type"].choices,
+        choices=SETTING_ROWS["trainer_type"].choices,
     ),
     options.option(
         "--head",
         "of the robots' policy. floor: one Gaussian of the whole floor, as in the "
         "paper; mixture: Gaussians around anchors; default: the preset's",
-        choices=ROWS["head"].choices,
+        choices=SETTING_ROWS["head"].choices,
     ),
-    options.player("robots", FIXED, ROBOTS, nargs="+"),
-    options.player("fire", FIXED, FIRES, nargs="+"),
+    options.player("robots", FIXED_HELP, ROBOT_NAMES, nargs="+"),
+    options.player("fire", FIXED_HELP, FIRE_NAMES, nargs="+"),
     options.option(
         "--imitate", "robots imitate this first (behavioural cloning)", choices=GUIDES
     ),
@@ -72,12 +78,14 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
 def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
     out = arguments.out
-    with resumable(arguments, out, partial(_training, arguments), "train") as work:
+    with run_in_folder(
+        arguments, out, partial(_begin_or_resume, arguments), "train"
+    ) as work:
         from reference.workshop.training import loop  # loads torch
 
         training, executor = work
-        note(training.about())
-        path = loop.train(training, out, executor)
+        print_note(training.about())
+        path = loop.run_training(training, out, executor)
     report = {
         "building": training.task.building,
         **training.facts(),
@@ -89,18 +97,18 @@ def train(arguments: Namespace) -> None:
         for name, value in report.items()
         if isinstance(value, int | float)
     ]
-    tell(arguments, report, table(rows, "<>"))
+    print_report(arguments, report, format_table(rows, "<>"))
 
     if report["preset"] == "tiny":
-        note(TINY)
+        print_note(TINY)
     players = list[object]()
     for side in training.learners:
         players += [f"--{side}", path]
-    note(f"to see how it was learned, and what:\n  {again('curves', out)}")
-    note(f"  {again('evacuate', *players, '--animate', 'learned.html')}")
+    print_note(f"to see how it was learned, and what:\n  {shell_line('curves', out)}")
+    print_note(f"  {shell_line('evacuate', *players, '--animate', 'learned.html')}")
 
 
-def _training(arguments: Namespace) -> Any:
+def _begin_or_resume(arguments: Namespace) -> Any:
     """Begin a training, or resume the one in the folder."""
     if arguments.robots and arguments.fire:
         raise ContradictionError("--robots, --fire: nobody learns. Leave one out.")
@@ -109,8 +117,8 @@ def _training(arguments: Namespace) -> Any:
     from reference.workshop.training import starting  # with torch, after the refusals
 
     if not arguments.resume:
-        return starting.begin(arguments)
-    training = starting.resume(arguments.out)
+        return starting.begin_training(arguments)
+    training = starting.resume_training(arguments.out)
     asked = {name: getattr(arguments, name) for name in starting.OPTIONS}
     instead = f"take --initialize-from {arguments.out} into another folder"
     refuse_options(asked, starting.options_of(training.task), instead)
@@ -127,5 +135,5 @@ def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or of several that belong together."""
     from reference.workshop.drawing import curves, save  # loads matplotlib
 
-    runs = [curves.read(run) for run in arguments.runs]
-    print(save(curves.figure(runs), arguments.output))
+    runs = [curves.read_summaries(run) for run in arguments.runs]
+    print(save(curves.learning_curves(runs), arguments.output))

@@ -11,7 +11,17 @@ evaluated), `runs` (all of them played) and `results` (what they come to, by
     print(table(cells(results, PAPER)))
 """
 
-from reference.workshop.comparing.matches import EPISODES, Evaluation, begin, resume
+from reference import former_names
+from reference.workshop.comparing.matches import (
+    DEFAULT_EPISODES,
+    Evaluation,
+    begin_evaluation,
+    resume_evaluation,
+)
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.comparing.results import Cell, cells, ruler_of, table
-from reference.workshop.comparing.runs import RunResult, evaluate
+from reference.workshop.comparing.runs import RunResult, play_evaluation
+
+__getattr__ = former_names(
+    __name__, {"begin": "begin_evaluation", "evaluate": "play_evaluation"}
+)

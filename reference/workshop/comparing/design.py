@@ -34,30 +34,32 @@ from typing import Annotated, Any
 
 from reference.building import plan_of
 from reference.learning.settings import SIDES, Row, Side
-from reference.workshop.comparing.matches import EPISODES, Arena, Evaluation
-from reference.workshop.comparing.named import WORST, fitting
+from reference.workshop.comparing.matches import DEFAULT_EPISODES, Arena, Evaluation
+from reference.workshop.comparing.named import WORST, strategy_of
 from reference.workshop.maps import load
 from reference.workshop.storage.files import read_text
 from reference.workshop.storage.records import (
     SettingsError,
     check_rows,
-    mapping,
+    checked_mapping,
     record_from,
-    unknown,
+    unknown_name,
 )
 from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
 from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.policies import fixed_player
-from reference.workshop.training.presets import Settings, changed, preset
+from reference.workshop.training.presets import Settings, preset, with_rows
 from reference.workshop.training.rounds import Training
 
-FIXED = (*FIRES, LEARNED)  # fires that learn nothing in an experiment
-NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of an arm; files are named after it
-ROWS, SAVED = 100, 20  # rows of a curve; checkpoints of a training on its way
-OF_IMITATION = {f"imitation_{row}" for row in ("rounds", "episodes", "epochs")}
-OF_IMITATION |= {"critic_rounds"}
-BUDGET = ("max_steps", "summary_freq", "checkpoint_interval", "keep_checkpoints")
+FIXED_FIRES = (*FIRES, LEARNED)  # fires that learn nothing in an experiment
+# of an arm; files are named after it
+NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]{0,39}")
+# rows of a curve; checkpoints of a training on its way
+CURVE_ROWS, CHECKPOINTS_SAVED = 100, 20
+IMITATION_ROWS = {f"imitation_{row}" for row in ("rounds", "episodes", "epochs")}
+IMITATION_ROWS |= {"critic_rounds"}
+BUDGET_ROWS = ("max_steps", "summary_freq", "checkpoint_interval", "keep_checkpoints")
 """Rows of a side that follow from `decisions`."""
 
 
@@ -68,7 +70,7 @@ class Test:
     fires: tuple[str, ...] = ("random",)
     robots: tuple[str, ...] = ()
     seed: Annotated[int, Row(low=0)] = 5000
-    episodes: int = EPISODES
+    episodes: int = DEFAULT_EPISODES
 
     def __post_init__(self) -> None:
         check_rows(self)
@@ -124,19 +126,19 @@ class Experiment:
         for side, words in words_of:
             for word in words:
                 if word == LEARNED or is_code(word):
-                    fitting(word, side, building, self.arena.scenario)
+                    strategy_of(word, side, building, self.arena.scenario)
 
     def _refuse_names(self) -> None:
         """Raise SettingsError for names that are unknown, taken or there twice."""
         for name in self.arms:
-            if not NAME.fullmatch(name) or name in (*ROBOTS, *FIXED):
+            if not NAME_PATTERN.fullmatch(name) or name in (*ROBOTS, *FIXED_FIRES):
                 raise SettingsError(
                     f"'{name:.60}' can be no arm's name: take up to 40 lower-case "
                     "letters, digits and _, and no strategy's name"
                 )
         learning = [name for name in self.arms if not self.arm(name)[1]]
         fires = self.test.fires
-        known_fires = (*FIXED, WORST, *learning, *filter(is_code, fires))
+        known_fires = (*FIXED_FIRES, WORST, *learning, *filter(is_code, fires))
         _refuse_unknown("fires", fires, known_fires)
         robots = self.test.robots
         known_robots = (*ROBOTS, *filter(is_code, robots))
@@ -153,15 +155,15 @@ class Experiment:
         [E6, chosen] A fire learns for as long as the robots do, and nearly as fast at
         the end as at the beginning: one that had stopped would be no adversary.
         """
-        stated = _stated(self.settings, "settings")
-        made = changed(preset(self.preset), stated, "settings")
+        stated = _checked_rows(self.settings, "settings")
+        made = with_rows(preset(self.preset), stated, "settings")
         fire = replace(made.fire, max_steps=self.decisions, keep_checkpoints=1)
         robots = replace(
             made.robots,
             max_steps=self.decisions,
             keep_checkpoints=1,
-            summary_freq=max(1, self.decisions // ROWS),
-            checkpoint_interval=max(1, self.decisions // SAVED),
+            summary_freq=max(1, self.decisions // CURVE_ROWS),
+            checkpoint_interval=max(1, self.decisions // CHECKPOINTS_SAVED),
         )
         return replace(made, robots=robots, fire=fire)
 
@@ -171,7 +173,7 @@ class Experiment:
         Raises SettingsError.
         """
         arm = f"arms: {name}"
-        rows = _stated(self.arms[name], arm)
+        rows = _checked_rows(self.arms[name], arm)
         fires: tuple[str, ...] = ()
         if isinstance(rows.get("fire"), str | list):
             named = rows.pop("fire")
@@ -180,12 +182,12 @@ class Experiment:
                 raise SettingsError(
                     f"{arm}: fire names nobody: leave it out for a fire that learns"
                 )
-            _refuse_unknown(f"{arm}: fire", fires, FIXED)
+            _refuse_unknown(f"{arm}: fire", fires, FIXED_FIRES)
             if "random_fires" in {**rows, **self.settings}:
                 raise SettingsError(f"{arm}: random_fires needs a fire that learns")
         if "scenario" in rows:
             raise SettingsError(f"{arm}: the scenario is everybody's: [settings]")
-        return changed(self.base, rows, arm), fires
+        return with_rows(self.base, rows, arm), fires
 
     @cached_property
     def trainings(self) -> dict[str, Task]:
@@ -214,7 +216,7 @@ class Experiment:
 def _refuse_unknown(name: str, words: Collection[str], known: Collection[str]) -> None:
     for word in words:
         if word not in known:
-            raise SettingsError(f"{name} {unknown(word, known)}")
+            raise SettingsError(f"{name} {unknown_name(word, known)}")
     _refuse_twice(name, words)
 
 
@@ -223,15 +225,15 @@ def _refuse_twice(name: str, named: Collection[Any]) -> None:
         raise SettingsError(f"{name}: name each once")
 
 
-def _stated(rows: Any, where: str) -> dict[str, Any]:
+def _checked_rows(rows: Any, where: str) -> dict[str, Any]:
     """Check that rows change nothing that the experiment itself decides."""
-    rows = mapping(rows, where)
+    rows = checked_mapping(rows, where)
     if "preset" in rows:
         raise SettingsError(f"{where}: preset stands at the top, the same for all arms")
-    idle = rows.keys() & OF_IMITATION
+    idle = rows.keys() & IMITATION_ROWS
     if idle:
         raise SettingsError(f"{where}: nobody imitates here: leave out {min(idle)}")
-    for side, row in product(SIDES, BUDGET):
+    for side, row in product(SIDES, BUDGET_ROWS):
         if isinstance(rows.get(side), Mapping) and row in rows[side]:
             raise SettingsError(
                 f"{where}: {side}.{row} follows from `decisions`. Leave it out."
@@ -239,7 +241,7 @@ def _stated(rows: Any, where: str) -> dict[str, Any]:
     return rows
 
 
-def read(path: Path) -> Experiment:
+def read_experiment(path: Path) -> Experiment:
     """Read an experiment's file. Raises SettingsError, OSError."""
     text = read_text(path)
     try:

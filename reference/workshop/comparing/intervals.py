@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from reference import former_names
 from reference.paper import InputError
 
 RESAMPLES = 2000
@@ -30,15 +31,17 @@ class Interval(NamedTuple):
     high: float
 
 
-def of_mean(values: Sequence[float] | np.ndarray) -> Interval:
+def interval_of_mean(values: Sequence[float] | np.ndarray) -> Interval:
     """Bootstrap the mean of (n,) values; equal values make an interval without width.
 
     Raises ValueError for no values.
     """
-    return of_means(np.asarray, np.reshape(values, (-1, 1)))
+    return interval_of_means(np.asarray, np.reshape(values, (-1, 1)))
 
 
-def of_means(statistic: Callable[..., np.ndarray], rows: np.ndarray) -> Interval:
+def interval_of_means(
+    statistic: Callable[..., np.ndarray], rows: np.ndarray
+) -> Interval:
     """Bootstrap a statistic of the means of k figures, resampled together by run.
 
     rows       (n, k);  statistic  k arrays of means, (B,) each, -> (B,)
@@ -48,7 +51,9 @@ def of_means(statistic: Callable[..., np.ndarray], rows: np.ndarray) -> Interval
     return _interval(statistic(*whole[:, None])[0], statistic(*drawn.T))
 
 
-def of_trainings(values: np.ndarray, other: np.ndarray | None = None) -> Interval:
+def interval_over_trainings(
+    values: np.ndarray, other: np.ndarray | None = None
+) -> Interval:
     """Bootstrap the interquartile mean over training runs, or a difference of two.
 
     values, other: (trainings, episodes); a column is one seed in both. The unit is the
@@ -67,7 +72,7 @@ def of_trainings(values: np.ndarray, other: np.ndarray | None = None) -> Interva
     return _interval(whole - other_whole, drawn - other_drawn)
 
 
-def band(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def intervals_of_columns(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Bootstrap the mean of every column of (n, k): mean, low and high, (k,) each."""
     whole, drawn = _means(rows)
     return (whole, *_ends(drawn))
@@ -116,3 +121,6 @@ def _ends(drawn: np.ndarray) -> np.ndarray:
     """Low and high of (B, ...) resamples."""
     tail = (1 - CONFIDENCE) / 2
     return np.quantile(drawn, [tail, 1 - tail], axis=0)
+
+
+__getattr__ = former_names(__name__, {"of_mean": "interval_of_mean"})

@@ -22,20 +22,24 @@ from tqdm import tqdm
 import reference
 from reference.workshop.comparing.design import Experiment
 from reference.workshop.comparing.matches import Evaluation, with_digests
-from reference.workshop.comparing.runs import RunResult, evaluate
+from reference.workshop.comparing.runs import RunResult, play_evaluation
 from reference.workshop.storage.files import make_folder, write_json
-from reference.workshop.storage.runs import held
-from reference.workshop.storage.workers import InProcess, as_done, one_thread
+from reference.workshop.storage.runs import locked
+from reference.workshop.storage.workers import InProcess, map_as_done, one_thread
 from reference.workshop.strategies import SHIPPED
 from reference.workshop.strategies.own import is_code
-from reference.workshop.training.checkpoints import Task, load, newest
-from reference.workshop.training.loop import train
+from reference.workshop.training.checkpoints import (
+    Task,
+    load_checkpoint,
+    newest_checkpoint,
+)
+from reference.workshop.training.loop import run_training
 from reference.workshop.training.rounds import Training
 
-LOG, DONE = "log.txt", "training.json"
+LOG_FILE, DONE_FILE = "log.txt", "training.json"
 
 
-def folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
+def training_folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
     """The folder of each training, by its name."""
     paths = {}
     for training in experiment.trainings:
@@ -45,10 +49,14 @@ def folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
     return paths
 
 
-def over(experiment: Experiment, folder: Path) -> dict[str, Path]:
+def finished(experiment: Experiment, folder: Path) -> dict[str, Path]:
     """The folders of the trainings that are over, by name."""
-    own = folders(experiment, folder).items()
-    return {name: at for name, at in own if (at / DONE).exists() and newest(at)}
+    own = training_folders(experiment, folder).items()
+    return {
+        name: at
+        for name, at in own
+        if (at / DONE_FILE).exists() and newest_checkpoint(at)
+    }
 
 
 def arm_of(training: str) -> str:
@@ -70,15 +78,15 @@ def finish_trainings(
 
     [E6]
     """
-    own = folders(experiment, folder)
-    done = over(experiment, folder)
+    own = training_folders(experiment, folder)
+    done = finished(experiment, folder)
     left = [name for name in own if name not in done]
     jobs = [(experiment.trainings[name], str(own[name])) for name in left]
     failed = dict[str, str]()
     with tqdm(total=len(own), initial=len(done), unit="training", disable=None) as bar:
-        for k, why in as_done(executor, fit, jobs):
+        for k, why in map_as_done(executor, train_in, jobs):
             name = left[k]
-            if not why and not (own[name] / DONE).exists():
+            if not why and not (own[name] / DONE_FILE).exists():
                 why = f"{own[name]}: a worker has another. Name one that all share."
             if why:
                 failed[name] = why
@@ -87,7 +95,7 @@ def finish_trainings(
     return failed
 
 
-def fit(job: tuple[Task, str]) -> str:
+def train_in(job: tuple[Task, str]) -> str:
     """Train in a folder to the end, alone and with one thread; return why it failed.
 
     What is there already is resumed, unless another process is at work in it.
@@ -96,20 +104,25 @@ def fit(job: tuple[Task, str]) -> str:
     folder = Path(path)
 
     def begin() -> Training:
-        return Training.resumed(load(folder)) if newest(folder) else Training(task)
+        return (
+            Training.resumed(load_checkpoint(folder))
+            if newest_checkpoint(folder)
+            else Training(task)
+        )
 
     try:
         make_folder(folder)
         with (
             one_thread(),
-            (folder / LOG).open("a") as log,
+            (folder / LOG_FILE).open("a") as log,
             redirect_stderr(log),
-            held(folder, True, begin) as training,
+            locked(folder, True, begin) as training,
         ):
             robots = training.learners["robots"]
             end = robots.settings.max_steps
-            train(training, folder, InProcess(), lambda: robots.steps >= end)
-        write_json(folder / DONE, training.facts())  # last: it says that all is there
+            run_training(training, folder, InProcess(), lambda: robots.steps >= end)
+        # last: it says that all is there
+        write_json(folder / DONE_FILE, training.facts())
     except Exception as error:
         return f"{type(error).__name__}: {error}"
     return ""
@@ -124,8 +137,8 @@ def play_tests(
     """
     test = experiment.test
     arena = experiment.arena
-    done = over(experiment, folder).values()
-    files = {path.name: str(newest(path)) for path in done}
+    done = finished(experiment, folder).values()
+    files = {path.name: str(newest_checkpoint(path)) for path in done}
 
     robots = (*files, *test.robots)
     named_fires = [fire for fire in test.fires if fire not in experiment.arms]
@@ -138,4 +151,4 @@ def play_tests(
     )
     code = {word: of for word, of in evaluation.digests.items() if is_code(word)}
     there = folder / f"tests-{_digest(asdict(arena), code)}"
-    return evaluate(evaluation, there, executor)
+    return play_evaluation(evaluation, there, executor)

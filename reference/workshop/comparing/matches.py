@@ -22,10 +22,10 @@ from reference.floorplan import Drawing
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.comparing.named import encounter, meaning_of, strategy_named
+from reference.workshop.comparing.named import meaning_of, set_up_match, strategy_named
 from reference.workshop.maps import drawing_now, load
-from reference.workshop.storage.files import naming, read_json, write_json
-from reference.workshop.storage.records import checked, record_from
+from reference.workshop.storage.files import errors_naming, read_json, write_json
+from reference.workshop.storage.records import checked_value, record_from
 from reference.workshop.storage.runs import (
     ContradictionError,
     digest_of,
@@ -34,15 +34,15 @@ from reference.workshop.storage.runs import (
 )
 from reference.workshop.strategies.own import is_code
 
-EPISODES = 100
+DEFAULT_EPISODES = 100
 """[F12, chosen] runs of a match: half the width of survival's interval is then about
 3 percentage points."""
 
-ABOUT = "evaluation.json"
+EVALUATION_FILE = "evaluation.json"
 MAP = "--building"  # in digests, as no player can be called
 MOST_RUNS = 1_000_000
 
-Run = tuple[str, str, int]
+RunKey = tuple[str, str, int]
 """Robots and fire, by the words asked for, and a seed."""
 
 
@@ -113,7 +113,7 @@ class Evaluation:
     robots: tuple[str, ...]
     fires: tuple[str, ...]
     seed: int = 0
-    episodes: int = EPISODES
+    episodes: int = DEFAULT_EPISODES
     sample: bool = False
     files: Mapping[str, str] = field(default_factory=dict)
     errors: int = 0
@@ -132,11 +132,11 @@ class Evaluation:
         return range(self.seed, self.seed + self.episodes)
 
     @property
-    def runs(self) -> list[Run]:
+    def runs(self) -> list[RunKey]:
         """Everything there is to play, in order."""
         return list(product(self.robots, self.fires, self.seeds))
 
-    def simulations(self, runs: Iterable[Run]) -> list[Simulation]:
+    def simulations(self, runs: Iterable[RunKey]) -> list[Simulation]:
         """Set up runs, before their first tick; copies of the same players play.
 
         Raises as `strategy_named` does, and InputError for a network whose file is
@@ -151,7 +151,7 @@ class Evaluation:
             return strategy_named(file, side, self.sample)
 
         return [
-            encounter(
+            set_up_match(
                 self.arena.drawn,
                 self.arena.scenario,
                 robots=deepcopy(player(robots, "robots")),
@@ -172,13 +172,13 @@ class Evaluation:
         )
 
 
-def begin(
+def begin_evaluation(
     robots: Sequence[str] = ("sweep",),
     fires: Sequence[str] = ("random",),
     building: str | None = None,
     people: int | None = None,
     seed: int = 0,
-    episodes: int = EPISODES,
+    episodes: int = DEFAULT_EPISODES,
     sample: bool = False,
     errors: int = 0,
     scenario: Mapping[str, Any] | None = None,
@@ -191,8 +191,8 @@ def begin(
     each other, for more people than fit and for the map; OSError for a file that cannot
     be read.
     """
-    files = _newest((*robots, *fires))
-    learned = _learned(robots, fires, files)
+    files = _newest_checkpoints((*robots, *fires))
+    learned = _load_policies(robots, fires, files)
     if sample and not any(hasattr(policy, "sample") for policy in learned.values()):
         raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
     policy = next(iter(learned.values()), None)
@@ -209,7 +209,14 @@ def begin(
         arena = Arena(name, plan_of(load(name)), common)
     _refuse_misfits(learned, arena)
     begun = Evaluation(
-        arena, _once(robots), _once(fires), seed, episodes, sample, files, errors
+        arena,
+        _without_repeats(robots),
+        _without_repeats(fires),
+        seed,
+        episodes,
+        sample,
+        files,
+        errors,
     )
     return with_digests(begun)
 
@@ -248,7 +255,7 @@ def notes(evaluation: Evaluation) -> list[str]:
     now = _meaning_of_map(arena.building)
     if now and now != kept:
         lines.append(f"{arena.building} has changed since; this plays the kept drawing")
-    learned = _learned(evaluation.robots, evaluation.fires, evaluation.files)
+    learned = _load_policies(evaluation.robots, evaluation.fires, evaluation.files)
     for option, policy in learned.items():
         names = differing(policy.scenario, arena.scenario)
         if names:
@@ -260,7 +267,7 @@ def notes(evaluation: Evaluation) -> list[str]:
 
 def with_digests(evaluation: Evaluation) -> Evaluation:
     """Add digests of all that its words and the name of its map mean now."""
-    words = _once((*evaluation.robots, *evaluation.fires))
+    words = _without_repeats((*evaluation.robots, *evaluation.fires))
     files = evaluation.files
     digests = {word: meaning_of(files.get(word, word)) for word in words}
     digests[MAP] = _meaning_of_map(evaluation.arena.building)
@@ -290,24 +297,25 @@ def refuse_mixing(evaluation: Evaluation, folder: Path, played: set[str]) -> Non
 
     played: the words of these runs; a word without runs may mean what it likes
     """
-    path = folder / ABOUT
+    path = folder / EVALUATION_FILE
     if not played or not path.exists():
         return
     digests = read_json(path).get("digests", {})
-    with naming(path):
-        begun = checked("digests", digests, Mapping[str, Mapping[str, str]])
+    with errors_naming(path):
+        begun = checked_value("digests", digests, Mapping[str, Mapping[str, str]])
         mixed = {word: begun[word] for word in begun if word in {*played, MAP}}
         refuse_changed(mixed, evaluation.digests)
 
 
-def resume(
+def resume_evaluation(
     folder: Path, robots: Sequence[str] = (), fires: Sequence[str] = ()
 ) -> Evaluation:
     """Resume the evaluation in a folder, with any further robots and fires.
 
-    Raises InputError if there is none or if it is another version's; else as `begin`.
+    Raises InputError if there is none or if it is another version's; else as
+    `begin_evaluation`.
     """
-    path = folder / ABOUT
+    path = folder / EVALUATION_FILE
     if not path.exists():
         raise InputError(
             f"{folder}: there is no evaluation to go on with. Leave --resume out to "
@@ -316,31 +324,31 @@ def resume(
     content = read_json(path)
     refuse_version(path, content.pop("version", "unknown"), content.pop("game", 1))
     begun = record_from(Evaluation, content, str(path))
-    with naming(path):
+    with errors_naming(path):
         refuse_changed(begun.digests, with_digests(begun).digests)
-    files = _newest((*robots, *fires)) | dict(begun.files)
-    robots = _once((*begun.robots, *robots))
-    fires = _once((*begun.fires, *fires))
-    with naming(path):
-        _refuse_misfits(_learned(robots, fires, files), begun.arena)
+    files = _newest_checkpoints((*robots, *fires)) | dict(begun.files)
+    robots = _without_repeats((*begun.robots, *robots))
+    fires = _without_repeats((*begun.fires, *fires))
+    with errors_naming(path):
+        _refuse_misfits(_load_policies(robots, fires, files), begun.arena)
     return with_digests(replace(begun, robots=robots, fires=fires, files=files))
 
 
-def _once(words: Iterable[str]) -> tuple[str, ...]:
+def _without_repeats(words: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(words))
 
 
-def _newest(words: Iterable[str]) -> dict[str, str]:
+def _newest_checkpoints(words: Iterable[str]) -> dict[str, str]:
     """The newest checkpoint of each word that names a folder."""
     folders = [word for word in words if os.path.isdir(word)]
     if not folders:
         return {}
-    from reference.workshop.training.checkpoints import newest
+    from reference.workshop.training.checkpoints import newest_checkpoint
 
-    return {word: str(newest(Path(word)) or word) for word in folders}
+    return {word: str(newest_checkpoint(Path(word)) or word) for word in folders}
 
 
-def _learned(
+def _load_policies(
     robots: Iterable[str], fires: Iterable[str], files: Mapping[str, str]
 ) -> dict[str, Any]:
     """Load the policies that learned, by option."""
@@ -356,15 +364,15 @@ def _learned(
 def _refuse_misfits(learned: Mapping[str, Any], arena: Arena) -> None:
     """Raise InputError for the first policy that does not fit, or too many people."""
     for option, policy in learned.items():
-        with naming(option):
+        with errors_naming(option):
             policy.refuse_elsewhere(arena.drawn, arena.scenario)
     Simulation(arena.drawn, arena.scenario)
 
 
-def write(evaluation: Evaluation, folder: Path) -> None:
+def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
     """Write the evaluation into its folder, whole or not at all. Raises OSError.
 
     Beside it stand version and game.
     """
     head = {"version": reference.__version__, "game": reference.GAME}
-    write_json(folder / ABOUT, head | asdict(evaluation))
+    write_json(folder / EVALUATION_FILE, head | asdict(evaluation))

@@ -23,7 +23,7 @@ from reference.workshop.strategies.own import (
     from_code,
     is_code,
 )
-from reference.workshop.strategies.worst_case import Disturbed, WorstCase
+from reference.workshop.strategies.worst_case import DisturbedRobots, WorstCase
 
 WORST = "worst-case"
 
@@ -33,7 +33,7 @@ PLAYERS: dict[Side, Mapping[str, Callable[[], Any]]] = {
     **SCRIPTS,
     "fire": {**SCRIPTS["fire"], WORST: WorstCase},
 }
-ABOUT: dict[Side, dict[str, str]] = {
+DESCRIPTIONS: dict[Side, dict[str, str]] = {
     side: {word: first_line(player) for word, player in players.items()}
     | {LEARNED: f"{do} what the network that ships has learned."}
     | {FILE: f"{do} what a network has learned: a checkpoint, or a training's folder."}
@@ -42,13 +42,18 @@ ABOUT: dict[Side, dict[str, str]] = {
 }
 """All words a user may write, and what they do: docstrings' first lines."""
 
-NAMES = {side: tuple(words) for side, words in ABOUT.items()}
+PLAYER_NAMES = {side: tuple(words) for side, words in DESCRIPTIONS.items()}
 
 
-def said_of(word: str, side: Side) -> str:
+def describe(word: str, side: Side) -> str:
     """Say who plays a side in words: "escort, lead people out at once ..."."""
     kind = CODE if is_code(word) else FILE
-    about = ABOUT[side].get(word, ABOUT[side][kind]).replace("`", "").rstrip(".")
+    about = (
+        DESCRIPTIONS[side]
+        .get(word, DESCRIPTIONS[side][kind])
+        .replace("`", "")
+        .rstrip(".")
+    )
     return f"{word}, {about[0].lower()}{about[1:]}"
 
 
@@ -62,7 +67,7 @@ def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
     that lacks what is asked of it and for code that is not there; OSError for a file
     that cannot be read.
     """
-    refuse_unknown(word, side, NAMES[side])
+    refuse_unknown(word, side, PLAYER_NAMES[side])
     if word in PLAYERS[side]:
         return PLAYERS[side][word]()
     if is_code(word):
@@ -88,7 +93,7 @@ def meaning_of(word: str) -> dict[str, str]:
     return {word: digest_of(Path(word).read_bytes())}
 
 
-def fitting(given: Any, side: Side, building: Building, scenario: Scenario) -> Any:
+def strategy_of(given: Any, side: Side, building: Building, scenario: Scenario) -> Any:
     """Make a strategy that is given by a word; refuse one that has learned elsewhere.
 
     Raises as `strategy_named` does, and what is raised by `refuse_elsewhere`.
@@ -109,7 +114,7 @@ def refuse_unknown(word: str, side: Side, known: Sequence[str]) -> None:
         )
 
 
-def encounter(
+def set_up_match(
     building: Building,
     scenario: Scenario,
     robots: Any,
@@ -124,5 +129,5 @@ def encounter(
     if isinstance(fire, WorstCase):
         fire.meet(robots, scenario)
     if errors and not isinstance(robots, NoRobots):
-        robots = Disturbed(robots, fire, scenario, errors)
+        robots = DisturbedRobots(robots, fire, scenario, errors)
     return Simulation(building, scenario, robots, fire, seed)

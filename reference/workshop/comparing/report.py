@@ -1,7 +1,7 @@
 """The page of an experiment: a table, a picture, and what the intervals say.
 
-The unit is the training: intervals are of interquartile means over an arm's
-trainings, see `of_trainings` [F12, chosen].  Robots written by hand count as one.
+The unit is the training: intervals are of interquartile means over an arm's trainings,
+see `interval_over_trainings` [F12, chosen].  Robots written by hand count as one.
 
     T  trainings of an arm;  N  evacuations, each from a seed of its own
 """
@@ -16,18 +16,18 @@ from typing import Any
 import numpy as np
 
 import reference
-from reference.workshop.comparing.design import FIXED, Experiment
-from reference.workshop.comparing.intervals import of_trainings
+from reference.workshop.comparing.design import FIXED_FIRES, Experiment
+from reference.workshop.comparing.intervals import interval_over_trainings
 from reference.workshop.comparing.jobs import arm_of
 from reference.workshop.comparing.named import WORST
 from reference.workshop.comparing.results import Cell, table
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.strategies.own import is_code
 
-OWN = "own fire"  # the one of the same training
-ENOUGH = 5  # trainings of an arm; with fewer a result is preliminary
+OWN_FIRE = "own fire"  # the one of the same training
+ENOUGH_TRAININGS = 5  # trainings of an arm; with fewer a result is preliminary
 SHOWN = ("survival", "reward", "difficulty")
-OVER = (
+INTERVALS_NOTE = (
     "interquartile means over an arm's trainings, with 95 % bootstrap intervals over "
     "trainings and evacuations; robots written by hand count as one training"
 )
@@ -41,11 +41,14 @@ class Results:
         self.runs: dict[tuple[str, str], list[RunResult]] = {}
         for run in results:
             column = run.fire
-            if column not in (*FIXED, WORST) and not is_code(column):
-                column = OWN if column == run.robots else f"{arm_of(column)}'s fires"
+            if column not in (*FIXED_FIRES, WORST) and not is_code(column):
+                column = (
+                    OWN_FIRE if column == run.robots else f"{arm_of(column)}'s fires"
+                )
             self.runs.setdefault((arm_of(run.robots), column), []).append(run)
         columns = dict.fromkeys(column for _, column in self.runs)
-        self.columns = sorted(columns, key=lambda column: column == OWN)  # own last
+        # own last
+        self.columns = sorted(columns, key=lambda column: column == OWN_FIRE)
 
     def values(self, row: str, column: str, figure: str) -> np.ndarray:
         """Collect a figure of a row's trainings: (T, N), means over several fires."""
@@ -67,7 +70,8 @@ class Results:
             runs = self.runs.get((row, column))
             if runs:
                 figures: dict[str, Any] = {
-                    name: of_trainings(self.values(row, column, name)) for name in SHOWN
+                    name: interval_over_trainings(self.values(row, column, name))
+                    for name in SHOWN
                 }
                 cells.append(Cell(robots=row, fire=column, n=len(runs), **figures))
         return cells
@@ -77,7 +81,7 @@ class Results:
         trainings = len(self.experiment.seeds)
         lines = list(self._differences())
         told = "Survivors, percentage points, on the same seeds:" if lines else ""
-        if trainings < ENOUGH:
+        if trainings < ENOUGH_TRAININGS:
             lines.append(
                 f"This is preliminary, trainings of an arm: {trainings}. So intervals "
                 "are too narrow (of three they hold the truth in some 74 of 100 "
@@ -90,7 +94,9 @@ class Results:
         for (one, other), column in product(self.experiment.compare, self.columns):
             if {(one, column), (other, column)} <= self.runs.keys():
                 both = (self.values(row, column, "survival") for row in (one, other))
-                mean, low, high = (100 * value for value in of_trainings(*both))
+                mean, low, high = (
+                    100 * value for value in interval_over_trainings(*both)
+                )
                 points = f"{mean:.1f} [{low:.1f}, {high:.1f}]"
                 if low > 0:
                     said = f"`{one}` saves more"
@@ -101,7 +107,7 @@ class Results:
                 yield f"`{one}` less `{other}` under {column}: {points}: {said}."
 
 
-def page(results: Results, matrix: str, curves: str) -> str:
+def report_page(results: Results, matrix: str, curves: str) -> str:
     """Write the page in Markdown; matrix, curves: the paths of its pictures."""
     experiment = results.experiment
     arena = experiment.arena
@@ -113,6 +119,6 @@ def page(results: Results, matrix: str, curves: str) -> str:
         f"{reference.__version__}; the file's rows, and the defaults of the others:\n\n"
         f"{design}\n\n"
         f"## Who beats whom\n\n![Survivors of all arms under all fires]({matrix})\n\n"
-        f"```\n{table(results.cells(), SHOWN)}\n```\n\nFigures: {OVER}.\n\n"
+        f"```\n{table(results.cells(), SHOWN)}\n```\n\nFigures: {INTERVALS_NOTE}.\n\n"
         f"## How they learned\n\n![Survivors in training]({curves})\n"
     )

@@ -18,11 +18,15 @@ from reference.evaluation.score import (
     Ruler,
     RulerError,
     base_and_control,
-    calibrated,
+    calibrate,
 )
-from reference.workshop.comparing.intervals import Interval, of_mean, of_means
+from reference.workshop.comparing.intervals import (
+    Interval,
+    interval_of_mean,
+    interval_of_means,
+)
 from reference.workshop.comparing.matches import Arena, Evaluation, notes
-from reference.workshop.comparing.runs import DIGITS, RunResult
+from reference.workshop.comparing.runs import DECIMALS_WRITTEN, RunResult
 from reference.workshop.strategies import GUIDES
 
 
@@ -55,7 +59,7 @@ class Cell:
 FEWEST_RUNS = 6  # [F12, chosen] two in each third
 CLEARLY = 2.0  # [F12, chosen] standard errors between easy and hard thirds: 95 %
 
-MEASURED = ("survival", "reward", "difficulty", "evacuation_time", "mean_health")
+FIGURES = ("survival", "reward", "difficulty", "evacuation_time", "mean_health")
 
 
 @dataclass(frozen=True)
@@ -103,7 +107,7 @@ def cells(
             "score": _score(runs, ruler) if ruler else None,
             "score_on_baseline": _score(runs, on_baseline) if on_baseline else None,
         }
-        for name in MEASURED:
+        for name in FIGURES:
             figures[name] = _interval(getattr(run, name) for run in runs)
         averaged.append(Cell(robots=robots, fire=fire, n=len(runs), **figures))
     return averaged
@@ -113,14 +117,14 @@ def _score(runs: Sequence[RunResult], ruler: Ruler) -> Interval | None:
     """E of mean reward and mean difficulty [F9, chosen]."""
     try:
         rows = np.array([(run.reward, run.difficulty) for run in runs])
-        return of_means(ruler.score, rows)
+        return interval_of_means(ruler.score, rows)
     except RulerError:
         return None
 
 
 def _interval(values: Iterable[float | None]) -> Interval | None:
     known = [value for value in values if value is not None]
-    return of_mean(known) if known else None
+    return interval_of_mean(known) if known else None
 
 
 def baseline_of(
@@ -206,12 +210,12 @@ def ruler_of(
             "run more seeds, or weak and strong fires alike"
         )
     of_fires = [mean(fires == name) for name in np.unique(fires)]
-    return calibrated(worst, best, (mean(easy), mean(hard)), of_fires)
+    return calibrate(worst, best, (mean(easy), mean(hard)), of_fires)
 
 
 # -- For people ---------------------------------------------------------------------
 
-HEADINGS = {
+COLUMN_TITLES = {
     "survival": "survivors, %",
     "gain": "less baseline's",
     "reward": "reward R",
@@ -222,14 +226,14 @@ HEADINGS = {
     "mean_health": "health",
 }
 OF_BASELINE = ("gain", "score_on_baseline")
-MEANS = ("evacuation_time", "mean_health")  # shown without their intervals
+MEANS_ONLY = ("evacuation_time", "mean_health")  # shown without their intervals
 DIGITS_SHOWN = {"survival": 1, "gain": 1, "score": 2, "score_on_baseline": 2}
-NOTE = "-: nobody got out, or the reward lies off the ruler of E"
+DASH_NOTE = "-: nobody got out, or the reward lies off the ruler of E"
 
 
 def table(
     cells: Sequence[Cell],
-    names: Sequence[str] = tuple(HEADINGS),
+    names: Sequence[str] = tuple(COLUMN_TITLES),
     baseline: str | None = None,
 ) -> str:
     """Write a line for each match: means with their 95 % intervals, or means alone.
@@ -238,7 +242,7 @@ def table(
 
     baseline: the robots whose E is 1, for the heading
     """
-    headings = dict(HEADINGS)
+    headings = dict(COLUMN_TITLES)
     if baseline:
         headings["score_on_baseline"] = f"E, {baseline} = 1"
     for name in OF_BASELINE:
@@ -252,7 +256,7 @@ def table(
     ]
     lines = aligned(list(zip(*columns, strict=True)), "<<>" + ">" * len(names))
     missing = any(getattr(cell, name) is None for cell in cells for name in names)
-    return f"{lines}\n{NOTE}" if missing else lines
+    return f"{lines}\n{DASH_NOTE}" if missing else lines
 
 
 def aligned(rows: Sequence[Sequence[str]], align: str) -> str:
@@ -265,7 +269,7 @@ def aligned(rows: Sequence[Sequence[str]], align: str) -> str:
 def _figures(cells: Sequence[Cell], name: str) -> list[str]:
     """Format a column like 83.2 [81.0, 85.1], both parts aligned."""
     means, ends = zip(*(mean_and_interval(cell, name) for cell in cells), strict=True)
-    if name in MEANS or not any(ends):
+    if name in MEANS_ONLY or not any(ends):
         return list(means)
     width = max(map(len, ends))
     return [f"{mean} {end:>{width}}" for mean, end in zip(means, ends, strict=True)]
@@ -289,7 +293,7 @@ def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
 # -- For programs -------------------------------------------------------------------
 
 
-def as_json(
+def evaluation_as_json(
     evaluation: Evaluation,
     ruler: Ruler | None,
     cells: Iterable[Cell],
@@ -307,7 +311,7 @@ def as_json(
         "digests": {word: dict(of) for word, of in evaluation.digests.items()},
         "ruler": asdict(ruler) if ruler else None,
         "baseline": asdict(baseline) if baseline else None,
-        "cells": [as_plain(cell) for cell in cells],
+        "cells": [cell_as_json(cell) for cell in cells],
     }
 
 
@@ -317,10 +321,13 @@ def scenario_as_json(arena: Arena) -> dict[str, Any]:
     return {name: list(v) if isinstance(v, tuple) else v for name, v in changes}
 
 
-def as_plain(cell: Cell) -> dict[str, Any]:
+def cell_as_json(cell: Cell) -> dict[str, Any]:
     """A cell's figures by name, each with the ends of its interval."""
     return {
-        name: {end: round(number, DIGITS) for end, number in value._asdict().items()}
+        name: {
+            end: round(number, DECIMALS_WRITTEN)
+            for end, number in value._asdict().items()
+        }
         if isinstance(value, Interval)
         else value
         for name, value in vars(cell).items()

@@ -22,16 +22,17 @@ from reference.evaluation.difficulty import (
 )
 from reference.simulation import Simulation
 from reference.workshop.comparing import matches
-from reference.workshop.comparing.matches import Arena, Evaluation, Run
-from reference.workshop.lockstep import to_the_end
-from reference.workshop.storage.files import Table, make_folder, number, read_table
-from reference.workshop.storage.workers import as_done, chunks
+from reference.workshop.comparing.matches import Arena, Evaluation, RunKey
+from reference.workshop.lockstep import run_in_lockstep
+from reference.workshop.storage.files import Table, make_folder, read_number, read_table
+from reference.workshop.storage.workers import chunks, map_as_done
 from reference.world import Evacuated
 
-RUNS = "runs.csv"
+RUNS_FILE = "runs.csv"
 IN_LOCKSTEP = 16  # runs of a job, at most: fewer where workers would wait
-JOBS = 4  # of a worker, at least: progress is seen, and all end at about the same time
-DIGITS = 6  # of a number that is written, after the point
+# of a worker, at least: progress is seen, and all end at about the same time
+JOBS_PER_WORKER = 4
+DECIMALS_WRITTEN = 6  # of a number that is written, after the point
 NO_FIRE = "none"
 
 
@@ -63,12 +64,12 @@ class RunResult:
     times: tuple[float, ...]
 
     @property
-    def run(self) -> Run:
+    def run(self) -> RunKey:
         """What the result is of."""
         return self.robots, self.fire, self.seed
 
 
-def evaluate(
+def play_evaluation(
     evaluation: Evaluation, folder: Path | None, executor: Executor
 ) -> list[RunResult]:
     """Play all runs; return their results in order.
@@ -78,26 +79,29 @@ def evaluate(
     table of runs and for runs of files that have changed since.
     """
     # What is done already
-    done = dict[Run, RunResult]()
+    done = dict[RunKey, RunResult]()
     table = None
     if folder:
         make_folder(folder)
-        done = {result.run: result for result in read(folder / RUNS, evaluation)}
+        done = {
+            result.run: result for result in read_runs(folder / RUNS_FILE, evaluation)
+        }
         played = {word for robots, fire, _ in done for word in (robots, fire)}
         matches.refuse_mixing(evaluation, folder, played)
-        matches.write(evaluation, folder)  # first: without it nobody could go on
-        table = table_of(folder / RUNS, done.values())
+        # first: without it nobody could go on
+        matches.write_evaluation(evaluation, folder)
+        table = table_of(folder / RUNS_FILE, done.values())
 
     # The rest, in jobs
     runs = evaluation.runs
     left = [run for run in runs if run not in done]
-    share = len(left) // (JOBS * getattr(executor, "workers", 1))
+    share = len(left) // (JOBS_PER_WORKER * getattr(executor, "workers", 1))
     size = max(1, min(IN_LOCKSTEP, share))
     jobs = [(evaluation, some) for some in chunks(left, size)]
     begun = len(runs) - len(left)
     bar = tqdm(total=len(runs), initial=begun, unit="run", disable=None, leave=False)
     with bar:
-        for _, results in as_done(executor, play, jobs):
+        for _, results in map_as_done(executor, play_runs, jobs):
             done |= {result.run: result for result in results}
             if table:
                 table.append(map(row_of, results))
@@ -105,25 +109,25 @@ def evaluate(
 
     ordered = [done[run] for run in runs]
     if folder:
-        table_of(folder / RUNS, ordered)
+        table_of(folder / RUNS_FILE, ordered)
     return ordered
 
 
-def play(job: tuple[Evaluation, tuple[Run, ...]]) -> list[RunResult]:
+def play_runs(job: tuple[Evaluation, tuple[RunKey, ...]]) -> list[RunResult]:
     """Play some runs to their end, in lockstep; measure how hard their fires were."""
     evaluation, runs = job
     simulations = evaluation.simulations(runs)
     people = [people_in(simulation.world) for simulation in simulations]
-    to_the_end(simulations)
+    run_in_lockstep(simulations)
     return [_result(*each) for each in zip(runs, simulations, people, strict=True)]
 
 
-def _result(run: Run, simulation: Simulation, people: Any) -> RunResult:
+def _result(run: RunKey, simulation: Simulation, people: Any) -> RunResult:
     """Sum up a run that is over; people: those who were there at its beginning."""
     h = difficulty(simulation.building, arrival_of(simulation), people)
     out = [event.time for event in simulation.events if isinstance(event, Evacuated)]
     outcome = simulation.outcome()
-    times = tuple(round(time, DIGITS) for time in sorted(out))
+    times = tuple(round(time, DECIMALS_WRITTEN) for time in sorted(out))
     return RunResult(
         *run,
         people=outcome.people,
@@ -131,11 +135,11 @@ def _result(run: Run, simulation: Simulation, people: Any) -> RunResult:
         died=outcome.died,
         inside=outcome.inside,
         survival=outcome.evacuated / max(1, outcome.people),
-        reward=round(outcome.reward, DIGITS),
-        difficulty=round(h, DIGITS),
+        reward=round(outcome.reward, DECIMALS_WRITTEN),
+        difficulty=round(h, DECIMALS_WRITTEN),
         evacuation_time=times[-1] if times else None,
-        mean_health=round(outcome.mean_health, DIGITS) if times else None,
-        simulated_seconds=round(outcome.simulated_seconds, DIGITS),
+        mean_health=round(outcome.mean_health, DECIMALS_WRITTEN) if times else None,
+        simulated_seconds=round(outcome.simulated_seconds, DECIMALS_WRITTEN),
         times=times,
     )
 
@@ -145,31 +149,35 @@ def _result(run: Run, simulation: Simulation, people: Any) -> RunResult:
 READERS: dict[Any, Callable[[str], Any]] = {
     str: str,
     int: int,
-    float: number,
-    float | None: lambda cell: number(cell) if cell else None,
-    tuple[float, ...]: lambda cell: tuple(map(number, cell.split())),
+    float: read_number,
+    float | None: lambda cell: read_number(cell) if cell else None,
+    tuple[float, ...]: lambda cell: tuple(map(read_number, cell.split())),
 }
 """How a cell is read, by the type of its column."""
 
-COLUMNS = {name: READERS[kind] for name, kind in RunResult.__annotations__.items()}
+COLUMN_READERS = {
+    name: READERS[kind] for name, kind in RunResult.__annotations__.items()
+}
 
 
 def table_of(path: Path, results: Iterable[RunResult]) -> Table:
     """The file of an evaluation's runs, with these and no others. Raises OSError."""
-    return Table(path, [*COLUMNS], map(row_of, results))
+    return Table(path, [*COLUMN_READERS], map(row_of, results))
 
 
-def read(path: Path, evaluation: Evaluation) -> list[RunResult]:
+def read_runs(path: Path, evaluation: Evaluation) -> list[RunResult]:
     """Read the whole rows of a table of runs; none if there is no file.
 
     Raises ValueError for another file, for a row that contradicts itself, the
     evaluation or another row of the same run; OSError for a file it cannot read.
     """
-    known = dict[Run, RunResult]()
+    known = dict[RunKey, RunResult]()
 
     def result(row: dict[str, str]) -> RunResult:
         """Read a row. Raises ValueError for one that cannot be."""
-        made = RunResult(**{name: COLUMNS[name](cell) for name, cell in row.items()})
+        made = RunResult(
+            **{name: COLUMN_READERS[name](cell) for name, cell in row.items()}
+        )
         wrong = contradiction(made, evaluation.arena)
         if wrong:
             raise ValueError(wrong)
@@ -177,10 +185,10 @@ def read(path: Path, evaluation: Evaluation) -> list[RunResult]:
             raise ValueError("another row of this run says something else")
         return made
 
-    return read_table(path, [*COLUMNS], result)
+    return read_table(path, [*COLUMN_READERS], result)
 
 
-ROUNDED = 10.0**-DIGITS  # how far a written number may be off
+ROUNDED = 10.0**-DECIMALS_WRITTEN  # how far a written number may be off
 
 
 def contradiction(result: RunResult, arena: Arena) -> str:

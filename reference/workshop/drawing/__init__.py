@@ -12,9 +12,10 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from reference import former_names
 from reference.building import Building
 from reference.simulation import Simulation
-from reference.workshop.drawing.crowding import crowded
+from reference.workshop.drawing.crowding import crowding_map
 from reference.workshop.drawing.evacuation import Tally, frame, history_of, tally
 from reference.workshop.drawing.film import animate
 from reference.workshop.drawing.page import pause, save, show
@@ -45,3 +46,6 @@ def _png(thing: Building | Simulation) -> bytes:
     content = BytesIO()
     draw(thing).savefig(content, format="png")
     return content.getvalue()
+
+
+__getattr__ = former_names(__name__, {"crowded": "crowding_map"})

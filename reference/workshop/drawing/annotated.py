@@ -47,7 +47,7 @@ def formula(tex: str, size: float = 16.0) -> str:
     )
 
 
-def inline(figure: Figure) -> str:
+def data_uri(figure: Figure) -> str:
     """Write a figure into a data URI: a PNG of 64 colours, enough for flat areas."""
     drawn = BytesIO()
     small = BytesIO()

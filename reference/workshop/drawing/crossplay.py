@@ -15,17 +15,19 @@ from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
 from matplotlib.ticker import PercentFormatter
 
-from reference.workshop.comparing.intervals import band
+from reference.workshop.comparing.intervals import intervals_of_columns
 from reference.workshop.comparing.results import Cell, mean_and_interval
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.drawing.page import legend, sheet
 
-EVEN = LinearSegmentedColormap.from_list("even", ["#dc7d33", "#fbf7ef", "#62a0d8"])
+SURVIVAL_COLOURS = LinearSegmentedColormap.from_list(
+    "even", ["#dc7d33", "#fbf7ef", "#62a0d8"]
+)
 """Survival: orange where the fire wins, blue where the robots do, for every eye."""
 
 _DASHES = ("-", "--", ":", "-.")
 _TURNS = [_DASHES[(k + k // 8) % 4] for k in range(32)]  # one on as colours come again
-LINES = cycler(color=4 * color_sequences["petroff8"], linestyle=_TURNS)
+LINE_STYLES = cycler(color=4 * color_sequences["petroff8"], linestyle=_TURNS)
 """Petroff's eight colours, which every eye tells apart, with all dashes in turn."""
 
 
@@ -56,7 +58,7 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
         words = "\n".join(mean_and_interval(cell, "survival"))
         axes.text(column, row, words, ha="center", va="center", fontsize=9)
 
-    image = axes.imshow(means, EVEN, vmin=0, vmax=1, aspect="auto")
+    image = axes.imshow(means, SURVIVAL_COLOURS, vmin=0, vmax=1, aspect="auto")
     axes.set(xlabel="fire", ylabel="robots")
     axes.set_xticks(range(len(fires)), [fill(name, 22) for name in fires])
     axes.set_yticks(range(len(robots)), names)
@@ -65,7 +67,7 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
     return page
 
 
-def curves(results: Sequence[RunResult]) -> Figure:
+def evacuation_curves(results: Sequence[RunResult]) -> Figure:
     """Draw evacuation curves: who is out by when, a panel for each fire [F12].
 
     Means over each strategy's runs, with bands.
@@ -85,11 +87,13 @@ def curves(results: Sequence[RunResult]) -> Figure:
         axes.set_title(fill(f"fire: {fire}", 40))
         axes.label_outer()
         axes.grid(axis="y")
-        axes.set_prop_cycle(LINES)
+        axes.set_prop_cycle(LINE_STYLES)
         for name in robots:
             runs = [run for run in results if run.run[:2] == (name, fire)]
             out = [np.searchsorted(r.times, t, "right") / r.people for r in runs]
-            mean, low, high = (100 * line for line in band(np.stack(out)))
+            mean, low, high = (
+                100 * line for line in intervals_of_columns(np.stack(out))
+            )
             (line,) = axes.plot(t, mean, lw=1.9, label=fill(name, 24))
             axes.fill_between(t, low, high, color=line.get_color(), alpha=0.16, lw=0)
 

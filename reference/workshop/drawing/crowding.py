@@ -11,10 +11,10 @@ from reference.workshop.drawing.page import COLOURS, Style
 from reference.workshop.measuring.crowding import SQUARE, Crowding
 
 _INKS = COLOURS[Kind.FLOOR], "#e5a9c6", "#b3437f", "#5e1150"
-DENSITIES = LinearSegmentedColormap.from_list("density", _INKS)
+DENSITY_COLOURS = LinearSegmentedColormap.from_list("density", _INKS)
 
 
-def crowded(crowding: Crowding, heading: str = "") -> Figure:
+def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
     """Colour floors by how dense people were; a cross, the larger the more died there.
 
     heading: instead of the building's title
@@ -30,7 +30,7 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
     figure, panels = page.floor_page(building, title, range(building.floors))
 
     look: Style = {"vmin": 0, "vmax": max(1.0, density.max())}
-    look |= {"cmap": DENSITIES, "extent": page.extent_of(building)}
+    look |= {"cmap": DENSITY_COLOURS, "extent": page.extent_of(building)}
     for floor, axes in panels.items():
         apart = building.kind[floor] != Kind.FLOOR  # doors keep their colours
         seen = np.ma.masked_where(apart, density[floor])

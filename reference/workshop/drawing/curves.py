@@ -17,17 +17,17 @@ from matplotlib.rcsetup import cycler
 from reference.building import Kind
 from reference.paper import InputError
 from reference.workshop.drawing import page
-from reference.workshop.drawing.crossplay import LINES
+from reference.workshop.drawing.crossplay import LINE_STYLES
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE, COLOURS, Style
-from reference.workshop.storage.files import number, read_table
+from reference.workshop.storage.files import read_number, read_table
 from reference.workshop.training import summaries
 
 SMOOTHING = 0.05  # share of the time axis that a running mean covers
-Line = tuple[np.ndarray, np.ndarray]  # x and y, (k,) each; x ascends
+Curve = tuple[np.ndarray, np.ndarray]  # x and y, (k,) each; x ascends
 
 
-class Run(NamedTuple):
+class TrainingTable(NamedTuple):
     """One training: (k,) summaries of both sides in the order of episodes.
 
     columns  by name: words of "side" and "phase", numbers else, nan where one is empty
@@ -37,7 +37,7 @@ class Run(NamedTuple):
     columns: dict[str, np.ndarray]
 
 
-def read(path: str | Path) -> Run:
+def read_summaries(path: str | Path) -> TrainingTable:
     """Read a table, or the one in a folder.
 
     A last line without its end is still being written and left out. Raises ValueError
@@ -50,11 +50,12 @@ def read(path: str | Path) -> Run:
             f"{file}: there is no such table. Name the folder of a training, or the "
             f"{summaries.SUMMARIES} in it."
         )
-    rows = read_table(file, summaries.COLUMNS, _numbers)
+    rows = read_table(file, summaries.SUMMARY_COLUMNS, _numbers)
     columns = {
-        name: np.array([row[name] for row in rows]) for name in summaries.COLUMNS
+        name: np.array([row[name] for row in rows])
+        for name in summaries.SUMMARY_COLUMNS
     }
-    return Run(path.name, columns)
+    return TrainingTable(path.name, columns)
 
 
 def _numbers(row: dict[str, str]) -> dict[str, Any]:
@@ -64,7 +65,7 @@ def _numbers(row: dict[str, str]) -> dict[str, Any]:
         if name in ("side", "phase"):
             values[name] = cell
         else:
-            values[name] = number(cell) if cell else np.nan
+            values[name] = read_number(cell) if cell else np.nan
     return values
 
 
@@ -85,7 +86,7 @@ LOOKS: dict[str, Style] = {
 SURVIVORS = "share of people who survive"
 
 
-def _of_both(column: str) -> list[CurveSource]:
+def _lines_of_both_sides(column: str) -> list[CurveSource]:
     """Make two lines of a panel: what a column says of each side."""
     return [CurveSource(side, side, column) for side in ("robots", "fire")]
 
@@ -96,20 +97,22 @@ PANELS = {
         CurveSource("fire", "fire", summaries.OWN_REWARD),
     ],
     SURVIVORS: [CurveSource("people", "", summaries.SURVIVAL)],
-    "entropy of the policies, nats": _of_both("Policy/Entropy"),
+    "entropy of the policies, nats": _lines_of_both_sides("Policy/Entropy"),
     "losses of the critics, (scaled return)²": [
         CurveSource("robots", "robots", "Losses/Value Loss"),
         CurveSource("robots' baseline", "robots", "Losses/Baseline Loss"),
         CurveSource("fire", "fire", "Losses/Value Loss"),
     ],
-    "variance of returns that the critics explain": _of_both(summaries.EXPLAINED),
-    "signal / noise of the policies' gradients": _of_both(summaries.SIGNAL),
+    "variance of returns that the critics explain": _lines_of_both_sides(
+        summaries.EXPLAINED
+    ),
+    "signal / noise of the policies' gradients": _lines_of_both_sides(summaries.SIGNAL),
 }
 
 
-def points(
-    runs: Sequence[Run], side: str, column: str, over: str = "episodes"
-) -> list[Line]:
+def curves_of(
+    runs: Sequence[TrainingTable], side: str, column: str, over: str = "episodes"
+) -> list[Curve]:
     """Find where the tables of runs have values; x is the column `over`.
 
     side: "" for both.  Runs with less than two points are left out.
@@ -136,7 +139,7 @@ def smooth(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return (sums[last] - sums[first]) / (last - first)
 
 
-def mean_of(lines: Sequence[Line]) -> Line:
+def mean_curve(lines: Sequence[Curve]) -> Curve:
     """Average lines at 400 points where all of them are; none unless all overlap."""
     if len(lines) == 1:
         return lines[0]
@@ -146,7 +149,7 @@ def mean_of(lines: Sequence[Line]) -> Line:
     return x, np.mean([np.interp(x, *line) for line in lines], axis=0)
 
 
-def figure(runs: Sequence[Run]) -> Figure:
+def learning_curves(runs: Sequence[TrainingTable]) -> Figure:
     """Draw reward, survivors, entropy and losses over the episodes played [E6].
 
     Faint: a run as recorded, or the running means of several. Bold: the mean of running
@@ -168,7 +171,7 @@ def figure(runs: Sequence[Run]) -> Figure:
             means = [(x, smooth(x, y)) for x, y in lines]
             for line in means if len(runs) > 1 else lines:
                 axes.plot(*line, lw=0.9, alpha=0.4, color=LOOKS[label]["color"])
-            (bold,) = axes.plot(*mean_of(means), lw=2, label=label, **LOOKS[label])
+            (bold,) = axes.plot(*mean_curve(means), lw=2, label=label, **LOOKS[label])
             legend[label] = bold
 
     column[-1].set_xlabel("episodes played by both sides")
@@ -178,18 +181,18 @@ def figure(runs: Sequence[Run]) -> Figure:
 
 
 def _lines_of(
-    curves: Sequence[CurveSource], runs: Sequence[Run]
-) -> dict[str, list[Line]]:
+    curves: Sequence[CurveSource], runs: Sequence[TrainingTable]
+) -> dict[str, list[Curve]]:
     """Find a panel's lines by label, without those that no run has points of."""
     lines_of = {}
     for curve in curves:
-        lines = points(runs, curve.side, curve.column)
+        lines = curves_of(runs, curve.side, curve.column)
         if lines:
             lines_of[curve.label] = lines
     return lines_of
 
 
-def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
+def curves_of_arms(arms: Mapping[str, Sequence[TrainingTable]]) -> Figure:
     """Draw how survivors rise with the robots' decisions, a line for each arm [E6].
 
     arms: the trainings of each; a line is the mean of their running means, and the
@@ -199,11 +202,11 @@ def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
     axes = whole.subplots()
     lines = {}
     for name, runs in arms.items():
-        survivors = points(runs, "robots", summaries.SURVIVAL, "step")
+        survivors = curves_of(runs, "robots", summaries.SURVIVAL, "step")
         if survivors:
-            lines[name] = mean_of([(x, smooth(x, y)) for x, y in survivors])
+            lines[name] = mean_curve([(x, smooth(x, y)) for x, y in survivors])
 
-    colours = cycler(color=LINES[:8].by_key()["color"])
+    colours = cycler(color=LINE_STYLES[:8].by_key()["color"])
     axes.set_prop_cycle(cycler(linestyle=["-", "--", ":"]) * colours)
     for name in sorted(lines, key=lambda name: -lines[name][1][-1]):
         axes.plot(*lines[name], lw=1.8, label=name)

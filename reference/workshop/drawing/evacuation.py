@@ -125,7 +125,9 @@ class Scene:
         for _ in range(2):  # to lay out ticks, then the page around them
             self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")  # a film's page must not jump
-        self.sides = [Side(axes, curve, building, moves) for axes, curve in pairs]
+        self.sides = [
+            EvacuationPanel(axes, curve, building, moves) for axes, curve in pairs
+        ]
         self.moving = [artist for side in self.sides for artist in side.moving]
 
     def _add_legends(self, axes: np.ndarray, building: Building) -> None:
@@ -142,7 +144,7 @@ class Scene:
         self.sides[side].show(world, history)
 
 
-class Side:
+class EvacuationPanel:
     """One evacuation on a page: what moves on its floors, and its curves."""
 
     def __init__(self, axes: Axes, curve: Axes, building: Building, moves: np.ndarray):

@@ -27,9 +27,9 @@ from reference.workshop.drawing.web_film import seconds_per_frame
 from reference.workshop.measuring.recording import ticks
 from reference.workshop.storage.files import replacing
 
-FASTER = 6  # times real time
-HOLD = 3.0  # seconds that the last frame stays
-CLEAR = 255  # the palette's last place: a pixel that did not change
+SPEED_UP = 6  # times real time
+HOLD_SECONDS = 3.0  # seconds that the last frame stays
+CLEAR_COLOUR = 255  # the palette's last place: a pixel that did not change
 
 Frame = tuple[np.ndarray, float]  # pixels (rows, cols, 4), and seconds they are seen
 
@@ -61,11 +61,11 @@ def animate(
     instants = _instants(simulations, going or ticks(simulations))
     with replacing(target) as partial:
         if suffix == ".html":
-            web_film.write(partial, simulations, headings, instants)
+            web_film.write_web_film(partial, simulations, headings, instants)
             return
         first = simulations[0]
         scene = Scene(first.building, len(first.world.bodies), headings)
-        pace = seconds_per_frame(first) / FASTER
+        pace = seconds_per_frame(first) / SPEED_UP
         frames = _frames(scene, simulations, instants, pace)
         if suffix == ".gif":
             _gif(partial, frames)
@@ -95,7 +95,7 @@ def _frames(
         for side, (run, history) in enumerate(zip(runs, histories, strict=True)):
             history.append(tally(run.world))
             scene.show(run.world, history, side)
-        yield pixels(), HOLD if over else pace
+        yield pixels(), HOLD_SECONDS if over else pace
 
 
 def painter(scene: Scene) -> Callable[[], np.ndarray]:
@@ -124,7 +124,7 @@ def _gif(path: Path, frames: Iterable[Frame]) -> None:
     pages = _in_few_colours(frames)
     first = next(pages)
     palette = bytes(first.getpalette() or [])
-    look: dict[str, Any] = {"palette": palette, "transparency": CLEAR, "loop": 0}
+    look: dict[str, Any] = {"palette": palette, "transparency": CLEAR_COLOUR, "loop": 0}
     look |= {"append_images": pages, "optimize": True}
     with path.open("wb") as file:
         first.save(file, "GIF", save_all=True, **look)
@@ -136,7 +136,7 @@ def _in_few_colours(frames: Iterable[Frame]) -> Iterator[Image.Image]:
     for pixels, seconds in frames:
         page = Image.fromarray(pixels).convert("RGB")
         if palette is None:  # the legend shows the colours of later frames, too
-            palette = page.quantize(CLEAR, Image.Quantize.MAXCOVERAGE)
+            palette = page.quantize(CLEAR_COLOUR, Image.Quantize.MAXCOVERAGE)
         image = page.quantize(palette=palette, dither=Image.Dither.NONE)
         image.info["duration"] = 1000 * seconds
         yield image

@@ -110,7 +110,7 @@ def project(points: np.ndarray) -> np.ndarray:
     return np.stack([across, away * np.sin(TILT) + z * np.cos(TILT)], axis=-1)
 
 
-SIDES = np.array(
+BOX_FACES = np.array(
     [
         [(0, -1, 0), (1, -1, 0), (1, -1, 1), (0, -1, 1)],  # south
         [(0, 0, 0), (0, -1, 0), (0, -1, 1), (0, 0, 1)],  # west
@@ -141,7 +141,7 @@ def add_boxes(axes: Axes, kind: np.ndarray, look: Look, up: float = 0.0) -> None
     rise = own[:, None] - low
     corner = np.stack(np.broadcast_arrays(col[:, None], -row[:, None], low), axis=2)
     size = np.stack(np.broadcast_arrays(1.0, 1.0, rise), axis=2)
-    corners = corner[:, :, None] + SIDES * size[:, :, None]  # (k, 3, 4, 3)
+    corners = corner[:, :, None] + BOX_FACES * size[:, :, None]  # (k, 3, 4, 3)
 
     # Only sides that rise above the neighbour are seen.
     seen = rise > 0

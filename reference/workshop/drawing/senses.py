@@ -97,7 +97,7 @@ def _page(
     below = figure.add_subplot(spec[-1, :])
     below.set_axis_off()
     look = {"edges": "open", "cellLoc": "left", "loc": "upper center"}
-    words = below.table(table(vector, layout.blocks.values()), **look)
+    words = below.table(number_table(vector, layout.blocks.values()), **look)
     words.auto_set_font_size(False)
     words.set_fontsize(8)
     words.auto_set_column_width(range(3))
@@ -106,7 +106,9 @@ def _page(
     return figure
 
 
-def table(vector: np.ndarray, blocks: Iterable[Block]) -> list[tuple[str, str, str]]:
+def number_table(
+    vector: np.ndarray, blocks: Iterable[Block]
+) -> list[tuple[str, str, str]]:
     """Explain all numbers of a vector: which, what, and the first values of a kind."""
     rows = []
     for block in blocks:

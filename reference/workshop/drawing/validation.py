@@ -19,9 +19,9 @@ def diagram(seed: int) -> Figure:
 
     curve = np.linspace(0.1, densities[-1] + 0.5, 200)
     theirs = np.array([validation.weidmann(d) for d in curve])
-    low = np.maximum(theirs - validation.BESIDE, 0)
-    high = theirs + validation.BESIDE
-    band = f"within {validation.BESIDE} m/s of Weidmann"
+    low = np.maximum(theirs - validation.BAND, 0)
+    high = theirs + validation.BAND
+    band = f"within {validation.BAND} m/s of Weidmann"
     axes.fill_between(curve, low, high, color=FAINT, alpha=0.18, lw=0, label=band)
     axes.plot(curve, theirs, "--", color=EMBER, label="Weidmann (1993)")
 

@@ -33,7 +33,7 @@ BODY = "x y floor health state stairwell leader says toX toY"
 """What a frame tells of a body: whole numbers, -1 for nothing; places in decimetres."""
 
 
-def write(
+def write_web_film(
     path: Path,
     runs: Sequence[Simulation],
     headings: Sequence[str],

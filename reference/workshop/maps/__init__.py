@@ -13,11 +13,11 @@ from os import PathLike
 from pathlib import Path
 
 import reference
-from reference import floorplan
-from reference.building import Building, built
+from reference import floorplan, former_names
+from reference.building import Building, build
 from reference.floorplan import Drawing
 from reference.workshop.maps import semantics, syntax
-from reference.workshop.maps.mistakes import MOST, Mistake, MistakesError
+from reference.workshop.maps.mistakes import MOST_MISTAKES, Mistake, MistakesError
 from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS, Line
 from reference.workshop.storage.records import did_you_mean
 
@@ -29,8 +29,8 @@ def load(name: str | PathLike[str]) -> Building:
     """
     text = str(name)
     if "\n" in text:  # no path has line ends: it is the map itself
-        return built(parse(text))
-    return built(read(find(name)))
+        return build(parse_map(text))
+    return build(read_map(find_map(name)))
 
 
 def drawing_now(name: str | PathLike[str]) -> Drawing | None:
@@ -44,17 +44,17 @@ def drawing_now(name: str | PathLike[str]) -> Drawing | None:
         return None
 
 
-def read(path: str | PathLike[str]) -> Drawing:
+def read_map(path: str | PathLike[str]) -> Drawing:
     """Read the drawing in a file. Raises MistakesError, OSError if there is none.
 
     Reads no more than the largest drawing, even from a device without end.
     """
     with Path(path).open("rb") as text:
         raw = text.read(MOST_SIGNS + 4)  # with a byte order mark
-    return parse(raw.decode("utf-8", "replace"), str(path))
+    return parse_map(raw.decode("utf-8", "replace"), str(path))
 
 
-def parse(text: str, path: str = "<text>") -> Drawing:
+def parse_map(text: str, path: str = "<text>") -> Drawing:
     """Read the drawing in a text, called `path` in messages. Raises MistakesError."""
     text = text.removeprefix("\ufeff")
     lines = re.split(r"\r\n?|\n", text[:MOST_SIGNS], maxsplit=MOST_LINES)
@@ -62,24 +62,25 @@ def parse(text: str, path: str = "<text>") -> Drawing:
         end = Line(len(lines), lines[-1])
         _refuse([end.mistake("too-long", lines=MOST_LINES, signs=MOST_SIGNS)], path)
     page = syntax.Page(lines)
-    for mistakes in syntax.stages(page):
+    for mistakes in syntax.syntax_stages(page):
         _refuse(mistakes, path)
     drawing = floorplan.parse(text, path)
-    for mistakes in semantics.stages(drawing, page):
+    for mistakes in semantics.semantic_stages(drawing, page):
         _refuse(mistakes, path)
     return drawing
 
 
 def _refuse(mistakes: Iterable[Mistake], path: str) -> None:
     """Raise MistakesError with the mistakes of a stage, if there are any."""
-    found = dict.fromkeys(islice(mistakes, MOST))  # two checks may find the same one
+    # two checks may find the same one
+    found = dict.fromkeys(islice(mistakes, MOST_MISTAKES))
     if found:
         # A stable sort: on one line, what is wrong with the head stays before its rows.
         ordered = sorted(found, key=lambda mistake: (mistake.line, mistake.column))
         raise MistakesError(path, ordered)
 
 
-def find(name: str | PathLike[str]) -> Path:
+def find_map(name: str | PathLike[str]) -> Path:
     """Find a floor file by its path, or by the bare name of one that ships.
 
     Raises FileNotFoundError with the names that ship, OSError for no possible path.
@@ -104,3 +105,6 @@ def shipped_floors() -> dict[str, Path]:
     package = Path(reference.__file__).parent
     files = [*package.glob("floors/*.txt"), *package.parent.glob("floors/*.txt")]
     return {file.stem: file for file in sorted(files)}
+
+
+__getattr__ = former_names(__name__, {"parse": "parse_map"})

@@ -16,13 +16,14 @@ from pathlib import Path
 
 from reference.floorplan import FloorPlanError
 
-WORDS: dict[str, tuple[str, str]] = tomllib.loads(
+MISTAKE_TEXTS: dict[str, tuple[str, str]] = tomllib.loads(
     Path(__file__).with_name("mistakes.toml").read_text("utf-8")
 )
-SHOWN = 4  # mistakes shown at once, those with one hint as one: more would hide it
-MORE = 9  # places of one hint
-MOST = 1000  # mistakes looked for: with so many, only the first help
-LONGEST = 400  # characters of a line that are shown, the mistake among them
+# mistakes shown at once, those with one hint as one: more would hide it
+MISTAKES_SHOWN = 4
+MORE_PLACES = 9  # places of one hint
+MOST_MISTAKES = 1000  # mistakes looked for: with so many, only the first help
+LONGEST_LINE = 400  # characters of a line that are shown, the mistake among them
 
 
 @dataclass(frozen=True, order=True)
@@ -43,8 +44,8 @@ class Mistake:
 
     def __str__(self) -> str:
         """`line:column: what`, the line as written, a caret, the hint."""
-        start = max(0, self.column - LONGEST)
-        line = _CONTROL.sub("?", self.written[start : start + LONGEST])
+        start = max(0, self.column - LONGEST_LINE)
+        line = _CONTROL.sub("?", self.written[start : start + LONGEST_LINE])
         caret = re.sub(r"[^\t]", " ", line[: self.column - 1 - start]) + "^"
         shown = "\n".join(f"    {text}".rstrip() for text in (line, caret))
         return f"{self.line}:{self.column}: {self.what}\n{shown}\n    hint: {self.hint}"
@@ -65,12 +66,12 @@ class MistakesError(FloorPlanError):
             alike.setdefault(mistake.hint, []).append(mistake)
 
         page = []
-        for first, *others in [*alike.values()][:SHOWN]:
+        for first, *others in [*alike.values()][:MISTAKES_SHOWN]:
             page.append(f"{self.path}:{first}")
             if others:
                 page.append(f"    also: {_places_of(first, others)}")
-        if len(alike) > SHOWN:
-            page.append(f"… and {len(alike) - SHOWN} more")
+        if len(alike) > MISTAKES_SHOWN:
+            page.append(f"… and {len(alike) - MISTAKES_SHOWN} more")
         return "\n".join(page)
 
 
@@ -82,7 +83,7 @@ def _places_of(first: Mistake, others: Sequence[Mistake]) -> str:
         if _quoted(mistake) not in said:
             said.add(_quoted(mistake))
             places.append(mistake.place)
-    places = places[:MORE]
+    places = places[:MORE_PLACES]
     left_out = len(others) - len(places)
     if left_out:
         places.append(f"{left_out} more")

@@ -1,7 +1,7 @@
 """Check what is drawn: rooms, doors and stairwells of a floor, ways between floors.
 
-A check goes through a building, or one floor of it, and yields what it finds; `stages`
-orders them.
+A check goes through a building, or one floor of it, and yields what it finds;
+`semantic_stages` orders them.
 """
 
 import re
@@ -18,9 +18,9 @@ from reference.building import (
     Building,
     Kind,
     Landmark,
-    built,
+    build,
+    connected_parts,
     is_room,
-    pieces,
     signs_of,
 )
 from reference.floorplan import STAIRWELLS, Drawing
@@ -28,13 +28,13 @@ from reference.workshop.maps.mistakes import Mistake
 from reference.workshop.maps.syntax import Floor, Page
 
 
-def stages(drawing: Drawing, page: Page) -> Iterator[Iterable[Mistake]]:
+def semantic_stages(drawing: Drawing, page: Page) -> Iterator[Iterable[Mistake]]:
     """Yield what each stage of checks finds, once the stages before find nothing.
 
     Ways come last: else one missing entrance shows as many rooms without a way out.
     """
     yield _too_large(drawing, page)
-    building = built(drawing)
+    building = build(drawing)
     yield chain.from_iterable(_outer_wall(building, floor) for floor in page.floors)
     yield _drawn_on_floors(building, page)
     yield _shafts(building, page)
@@ -100,7 +100,7 @@ def _outer_wall(building: Building, floor: Floor) -> Iterator[Mistake]:
 
     gap = outside & ndimage.binary_dilation(room) & between_walls
     hole = room & ndimage.binary_dilation(outside & ~gap)  # told once, at the gap
-    for cells in pieces(gap) + pieces(hole):
+    for cells in connected_parts(gap) + connected_parts(hole):
         yield floor.mistake("hole", cells[0] - 1)
 
 
@@ -137,7 +137,7 @@ def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:
     signs = _rimmed(building, floor)
     for letter in STAIRWELLS:
         mine = signs == letter
-        for part in pieces(mine)[1:]:
+        for part in connected_parts(mine)[1:]:
             yield floor.mistake("stairwell-split", part[0] - 1, letter=letter)
         if not mine.any():
             continue

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from reference.floorplan import HEADINGS
-from reference.workshop.maps.mistakes import WORDS, Mistake
+from reference.floorplan import HEADING_PATTERNS
+from reference.workshop.maps.mistakes import MISTAKE_TEXTS, Mistake
 
 MOST_FLOORS = 30  # [A1, chosen] ten times the paper's
 MOST_CELLS = 200  # [A1, chosen] in a row or a column: five times the paper's
@@ -47,11 +47,11 @@ class Line:
 
     def reads(self, key: str) -> re.Match[str] | None:
         """Match a heading with this key word; its groups are the parts."""
-        return HEADINGS[key].fullmatch(self.code)
+        return HEADING_PATTERNS[key].fullmatch(self.code)
 
     def mistake(self, kind: str, column: int = 1, **facts: Any) -> Mistake:
         """Make a mistake in this line; kind: a key of WORDS, facts: what it needs."""
-        what, hint = (words.format(**facts) for words in WORDS[kind])
+        what, hint = (words.format(**facts) for words in MISTAKE_TEXTS[kind])
         return Mistake(self.number, column, what, hint, self.written)
 
 
@@ -270,7 +270,7 @@ def _head(page: Page) -> Iterator[Mistake]:
 def _meant(line: Line) -> str:
     """The kind of a mistake in a heading, by what it was meant to be."""
     word = re.sub(r"[^a-z].*", "", line.code[:20].lstrip().lower())
-    return "-".join(["heading", *get_close_matches(word, HEADINGS, 1, 0.75)])
+    return "-".join(["heading", *get_close_matches(word, HEADING_PATTERNS, 1, 0.75)])
 
 
 def _settings(page: Page) -> Iterator[Mistake]:
@@ -333,7 +333,7 @@ def _shape(page: Page) -> Iterator[Mistake]:
             yield line.mistake("rows", count=count, height=height)
 
 
-def stages(page: Page) -> Iterator[Iterable[Mistake]]:
+def syntax_stages(page: Page) -> Iterator[Iterable[Mistake]]:
     """Yield what each stage of checks finds, once the stages before find nothing."""
     yield _foreign_signs(page)
     yield _headings(page)

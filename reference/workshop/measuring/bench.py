@@ -23,22 +23,22 @@ from reference.learning.rollouts import Episode, play
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.lockstep import together
-from reference.workshop.maps import find, read
+from reference.workshop.lockstep import advance_in_lockstep
+from reference.workshop.maps import find_map, read_map
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.presets import preset
 from reference.workshop.training.rounds import Training
 
-RUNS = 5  # seeds of a crowd
-PRESETS = ("paper", "laptop")
+REPEATS = 5  # seeds of a crowd
+BENCH_PRESETS = ("paper", "laptop")
 BATCHES = 4  # minibatches of a measured update, at least
 
 _bar = partial(tqdm, disable=None, leave=False)  # shown on a terminal
 
 
-def cases() -> dict[str, tuple[int, float]]:
+def crowd_cases() -> dict[str, tuple[int, float]]:
     """People, and seconds until a run stops; in the first 20 everybody is inside."""
     forty = paper.PEOPLE
     return {
@@ -48,12 +48,12 @@ def cases() -> dict[str, tuple[int, float]]:
     }
 
 
-def measure(name: str, seed: int) -> dict[str, Any]:
+def measure_speed(name: str, seed: int) -> dict[str, Any]:
     """Measure a building, by path or name; return figures by what was measured.
 
     load_seconds        until the first tick can begin: text, checks, ways and sight
-    person_seconds_per_second  of each of `cases` whose people fit, medians over RUNS
-    decisions_per_second  of robots in a preset's first round, networks and world
+    person_seconds_per_second  of each of `crowd_cases` whose people fit, medians over
+    RUNS decisions_per_second  of robots in a preset's first round, networks and world
                         included
     samples_per_second  agent-decisions that a preset's learner takes in, each epoch of
                         an update counted; robots by MA-POCA, fire by PPO
@@ -61,19 +61,19 @@ def measure(name: str, seed: int) -> dict[str, Any]:
     Networks are untrained, so episodes last long. Raises what reading a map raises.
     """
     start = process_time()
-    building = Building(read(find(name)))
+    building = Building(read_map(find_map(name)))
     Simulation(building)
     loading = process_time() - start
 
     speeds: dict[str, float] = {}
-    for case in cases():
+    for case in crowd_cases():
         with suppress(InputError):  # they do not fit
-            speeds[case] = median(_crowds(building, case, seed))
+            speeds[case] = median(_walk_crowds(building, case, seed))
 
     decisions: dict[str, float] = {}
     samples: dict[str, float] = {}
-    for each in PRESETS:
-        decisions[each], learners = _learning(each, building, seed)
+    for each in BENCH_PRESETS:
+        decisions[each], learners = _measure_learning(each, building, seed)
         for side, speed in learners.items():
             samples[f"{each}, {side}"] = speed
 
@@ -85,10 +85,10 @@ def measure(name: str, seed: int) -> dict[str, Any]:
     }
 
 
-def _crowds(building: Building, case: str, seed: int) -> Iterator[float]:
+def _walk_crowds(building: Building, case: str, seed: int) -> Iterator[float]:
     """Yield person-seconds per second of runs up to a time."""
-    people, end = cases()[case]
-    for k in _bar(range(seed, seed + RUNS), case):
+    people, end = crowd_cases()[case]
+    for k in _bar(range(seed, seed + REPEATS), case):
         scenario = Scenario(people=people)
         simulation = Simulation(building, scenario, Sweep(), RandomFire(), k)
         start = process_time()
@@ -97,19 +97,20 @@ def _crowds(building: Building, case: str, seed: int) -> Iterator[float]:
         yield simulation.person_seconds / (process_time() - start)
 
 
-def _learning(
+def _measure_learning(
     name: str, building: Building, seed: int
 ) -> tuple[float, dict[Side, float]]:
     """Measure a preset: robot decisions, and each learner's samples, per second."""
     training = Training(Task("", plan_of(building), preset(name), seed))
     jobs = training.jobs()
     with one_thread():
-        play(replace(jobs[0], seeds=jobs[0].seeds[:1]), advance=together)  # warm up
+        # warm up
+        play(replace(jobs[0], seeds=jobs[0].seeds[:1]), advance=advance_in_lockstep)
 
         start = process_time()
         played = []
         for job in _bar(jobs, name):
-            played += play(job, advance=together)
+            played += play(job, advance=advance_in_lockstep)
         seconds = process_time() - start
 
         speeds = {}

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from scipy import ndimage
 
+from reference import former_names
 from reference.building import Building
 from reference.simulation import Simulation
 from reference.workshop.measuring.recording import ticks
@@ -30,7 +31,7 @@ class Crowding:
         """Watch one more evacuation; returns what notes an instant, for `ticks`."""
         walkable = simulation.building.walkable
         # square metres; inf so that a wall is never dense
-        floor = np.where(walkable, _around(walkable), np.inf)
+        floor = np.where(walkable, _sum_around(walkable), np.inf)
         highest = np.zeros(walkable.shape)
         dead = np.zeros(walkable.shape, int)
         self.building = simulation.building
@@ -40,7 +41,7 @@ class Crowding:
         def note() -> None:
             """Note this instant's densities, and who is dead."""
             bodies = simulation.world.bodies
-            people = _around(_count(simulation, bodies.walking))
+            people = _sum_around(_count(simulation, bodies.walking))
             np.maximum(highest, people / floor, out=highest)
             dead[:] = _count(simulation, bodies.fate == Fate.DEAD)
 
@@ -69,16 +70,19 @@ def _count(simulation: Simulation, who: np.ndarray) -> np.ndarray:
     return np.bincount(place, minlength=cells.size).reshape(cells.shape)
 
 
-def _around(cells: np.ndarray) -> np.ndarray:
+def _sum_around(cells: np.ndarray) -> np.ndarray:
     """Sum over the square around each cell, on its floor."""
     square = np.ones((1, SQUARE, SQUARE), int)
     return ndimage.convolve(cells.astype(int), square, mode="constant")
 
 
-def crowding(simulations: Iterable[Simulation]) -> Crowding:
+def measure_crowding(simulations: Iterable[Simulation]) -> Crowding:
     """Run simulations of one building to their ends; measure how dense people were."""
     seen = Crowding()
     for simulation in simulations:
         for _ in ticks([simulation], [seen.watch(simulation)]):
             pass
     return seen
+
+
+__getattr__ = former_names(__name__, {"crowding": "measure_crowding"})

@@ -9,7 +9,7 @@ from math import inf
 
 import numpy as np
 
-from reference.beginning import with_people_at
+from reference.beginning import world_with_people_at
 from reference.building import Building
 from reference.floorplan import Drawing, Storey
 from reference.navigation import navigation_of
@@ -55,7 +55,7 @@ class Crowd(Simulation):
         return super().step()
 
 
-def built(*floors: Sequence[str]) -> Building:
+def build_floors(*floors: Sequence[str]) -> Building:
     """Build floors from their rows, the lowest first."""
     storeys = tuple(Storey("", tuple(rows)) for rows in floors)
     return Building(Drawing("case", len(floors[0][0]), len(floors[0]), storeys))
@@ -63,34 +63,36 @@ def built(*floors: Sequence[str]) -> Building:
 
 def hall(*rows: str) -> Building:
     """Build one floor from its rows, with a wall above and below."""
-    return built(["#" * len(rows[0]), *rows, "#" * len(rows[0])])
+    return build_floors(["#" * len(rows[0]), *rows, "#" * len(rows[0])])
 
 
-def people(building: Building, seed: int, *groups: tuple[int, Spot]) -> World:
+def put_people(building: Building, seed: int, *groups: tuple[int, Spot]) -> World:
     """Put people in spots, (count, spot) each, at most four on 1 m²; nobody dies."""
     rng = np.random.default_rng(seed)
     place: list[np.ndarray] = []
     aside: list[np.ndarray] = []  # from the middle of a cell to that of its quarter
     for count, spot in groups:
-        quarters = np.repeat(places(building, spot), 4)
+        quarters = np.repeat(places_of_spot(building, spot), 4)
         chosen = rng.choice(len(quarters), count, replace=False)
         place.append(quarters[chosen])
         aside.append(np.stack([chosen % 2, chosen // 2 % 2], axis=1) / 2 - 0.25)
     spots = np.concatenate(place)
     position = navigation_of(building).centres[spots] + np.concatenate(aside)
-    world = with_people_at(building, BARE, spots, position, rng)
+    world = world_with_people_at(building, BARE, spots, position, rng)
     world.bodies.health[:] = inf
     return world
 
 
-def places(building: Building, spot: Spot) -> np.ndarray:
+def places_of_spot(building: Building, spot: Spot) -> np.ndarray:
     """Find the walkable places of a spot: (k,)."""
     chosen = np.zeros_like(building.walkable)
     chosen[spot] = building.walkable[spot]
     return np.flatnonzero(chosen)
 
 
-def times(crowd: Crowd, past: Past = lambda bodies: ~bodies.inside) -> np.ndarray:
+def passing_times(
+    crowd: Crowd, past: Past = lambda bodies: ~bodies.inside
+) -> np.ndarray:
     """Run until everybody is past something; by default, out of the building.
 
     Returns when, (n,) s, inf for never.
@@ -118,9 +120,9 @@ def flow(when: np.ndarray) -> float:
     return float((passed - 1) / (last - when.min()))
 
 
-def densest(crowd: Crowd, spot: Spot) -> float:
+def peak_density(crowd: Crowd, spot: Spot) -> float:
     """Find the people per square metre in a spot, in its most crowded ten seconds."""
-    part = places(crowd.building, spot)
+    part = places_of_spot(crowd.building, spot)
     ticks = []
     bodies = crowd.world.bodies
     while not crowd.done:

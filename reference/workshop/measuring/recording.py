@@ -28,7 +28,7 @@ from reference.simulation import Simulation
 from reference.workshop.storage.files import replacing
 from reference.workshop.storage.runs import refuse_used
 
-FORMAT = """
+SQL_TABLES = """
 CREATE TABLE metadata (key TEXT NOT NULL UNIQUE PRIMARY KEY, value TEXT NOT NULL);
 CREATE TABLE geometry (hash INTEGER NOT NULL, wkt TEXT NOT NULL);
 CREATE TABLE frame_data (frame INTEGER NOT NULL, geometry_hash INTEGER NOT NULL);
@@ -39,7 +39,7 @@ CREATE TABLE trajectory_data (
 );
 CREATE INDEX frame_id_idx ON trajectory_data (frame, id);
 """
-HAIR = 1e-6  # metres from a cell's edge
+HAIR_METRES = 1e-6  # metres from a cell's edge
 
 
 def ticks(
@@ -110,7 +110,7 @@ class _Recorder:
         # who has left goes on a step, within the cell
         left = np.flatnonzero(~bodies.walking & (bodies.health > 0))
         cell = np.floor(position)
-        beyond = np.clip(position + step, cell + HAIR, cell + 1 - HAIR)
+        beyond = np.clip(position + step, cell + HAIR_METRES, cell + 1 - HAIR_METRES)
         self._add(np.intersect1d(self.walked, left), tick + 1, beyond)
 
         self.position = position
@@ -139,7 +139,7 @@ def _file(simulation: Simulation, floor: int, rows: np.ndarray) -> bytes:
     frames = ((frame, 0) for frame in range(simulation.ticks + 2))
     places = ", ".join("?" * rows.shape[1])
     with closing(sqlite3.connect(":memory:")) as file:
-        file.executescript(FORMAT)
+        file.executescript(SQL_TABLES)
         file.executemany("INSERT INTO metadata VALUES (?, ?)", metadata)
         file.execute("INSERT INTO geometry VALUES (?, ?)", area)
         file.executemany("INSERT INTO frame_data VALUES (?, ?)", frames)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from reference import motion, paper
-from reference.beginning import beginning
+from reference.beginning import starting_world
 from reference.building import Building
 from reference.paper import Scenario
 from reference.workshop.maps import load
@@ -26,24 +26,26 @@ from reference.workshop.measuring.halls import (
     Crowd,
     Past,
     Spot,
-    built,
-    densest,
+    build_floors,
     east_of,
     flow,
     hall,
-    people,
-    times,
+    passing_times,
+    peak_density,
+    put_people,
 )
 
-WORDS = tomllib.loads(Path(__file__).with_name("validation.toml").read_text("utf-8"))
+CASE_TEXTS = tomllib.loads(
+    Path(__file__).with_name("validation.toml").read_text("utf-8")
+)
 CASES: dict[str, dict[str, Any]] = {
-    name: {"runs": 3, "note": ""} | case for name, case in WORDS["cases"].items()
+    name: {"runs": 3, "note": ""} | case for name, case in CASE_TEXTS["cases"].items()
 }
 """Each case's source, what is accepted, the number of seeds and a note."""
-NOT_MODELLED: dict[str, list[str]] = WORDS["not_modelled"]
+NOT_MODELLED: dict[str, list[str]] = CASE_TEXTS["not_modelled"]
 """Cases that need what the model does not have, by source: what, why not."""
 
-BESIDE = 0.2  # m/s [A9, chosen]: other published curves are as far from Weidmann's
+BAND = 0.2  # m/s [A9, chosen]: other published curves are as far from Weidmann's
 DENSITIES = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0)  # people per square metre
 
 ONE_WAY = {0.6: 1.35, 1.1: 1.21, 1.6: 1.0, 2.05: 0.65, 2.5: 0.41, 3.05: 0.31}
@@ -62,14 +64,16 @@ Measured = tuple[bool, Numbers]
 """Does a case pass, and what came out; a measure's docstring says what that is."""
 
 
-def within(numbers: Numbers, low: float, high: float) -> Measured:
+def all_between(numbers: Numbers, low: float, high: float) -> Measured:
     """Pass if every number lies between two bounds."""
     return all(low <= number <= high for number in numbers.values()), numbers
 
 
 def seconds(building: Building, seed: int, count: int, spot: Spot) -> float:
     """Seconds until `count` people in a spot have left the building, inf for never."""
-    return float(times(Crowd(people(building, seed, (count, spot)), seed)).max())
+    return float(
+        passing_times(Crowd(put_people(building, seed, (count, spot)), seed)).max()
+    )
 
 
 # -- Speeds -------------------------------------------------------------------------
@@ -80,10 +84,12 @@ def corridor(seed: int) -> Measured:
 
     def alone(pace: float) -> float:
         """Seconds at this speed."""
-        world = people(hall("#" + "." * 43 + "E"), seed, (1, np.s_[0, 1:2, 1:2]))
+        world = put_people(hall("#" + "." * 43 + "E"), seed, (1, np.s_[0, 1:2, 1:2]))
         world.bodies.pace[:] = pace
         end = world.bodies.position[:, 0] + 40
-        return float(times(Crowd(world, seed), lambda b: b.position[:, 0] >= end)[0])
+        return float(
+            passing_times(Crowd(world, seed), lambda b: b.position[:, 0] >= end)[0]
+        )
 
     fast, slow = alone(1.33), alone(1.0)
     return 26 <= fast <= 34 and 38 <= slow <= 42, {"1.33 m/s": fast, "1 m/s": slow}
@@ -92,7 +98,7 @@ def corridor(seed: int) -> Measured:
 def speeds(seed: int) -> Measured:
     """Free speeds of a thousand people, m/s."""
     rng = np.random.default_rng(seed)
-    pace = beginning(load("paper"), Scenario(people=1000), rng).bodies.pace
+    pace = starting_world(load("paper"), Scenario(people=1000), rng).bodies.pace
     mean, spread = float(pace.mean()), float(pace.std())
     near = abs(mean / 1.34 - 1) < 0.05 and abs(spread / 0.26 - 1) < 0.2
     return near, {"mean": mean, "deviation": spread}
@@ -139,7 +145,7 @@ def fundamental_diagram(seed: int) -> Measured:
     """Mean speed, m/s, by people per m²."""
     speed = {each: speed_in_ring(each, seed) for each in DENSITIES}
     falls = all(one >= other for one, other in pairwise(speed.values()))
-    near = all(abs(v - weidmann(d)) < BESIDE for d, v in speed.items() if d <= 4)
+    near = all(abs(v - weidmann(d)) < BAND for d, v in speed.items() if d <= 4)
     return falls and near, {f"{d:g}": v for d, v in speed.items()}
 
 
@@ -155,10 +161,10 @@ def doors(seed: int) -> Measured:
             first = (6 - wide) // 2
             column[first : first + wide] = gate * wide
             building = hall(*("#........" + each + beyond for each in column))
-            crowd = Crowd(people(building, seed, (100, np.s_[0, 1:6, 1:9])), seed)
-            passed = times(crowd, east_of(building, 10))
+            crowd = Crowd(put_people(building, seed, (100, np.s_[0, 1:6, 1:9])), seed)
+            passed = passing_times(crowd, east_of(building, 10))
             numbers[f"{name} {wide} m"] = flow(passed) / wide
-    return within(numbers, 0.6, 1.33)
+    return all_between(numbers, 0.6, 1.33)
 
 
 def large_room(seed: int) -> Measured:
@@ -166,8 +172,8 @@ def large_room(seed: int) -> Measured:
     exits = "####E#######E####"
     inside = ["#" + "." * 15 + "#"] * 10
     spot = np.s_[0, 1:11, 1:16]
-    four = seconds(built([exits, *inside, exits]), seed, 250, spot)
-    two = seconds(built([exits, *inside, "#" * 17]), seed, 250, spot)
+    four = seconds(build_floors([exits, *inside, exits]), seed, 250, spot)
+    two = seconds(build_floors([exits, *inside, "#" * 17]), seed, 250, spot)
     return 1.7 <= two / four <= 2.3, {"4 exits": four, "2 exits": two}
 
 
@@ -182,25 +188,25 @@ def counterflow(seed: int) -> Measured:
         from_west = (100, np.s_[0, 1:11, 1:11])
         from_east = (n, np.s_[0, 1:11, 21:31])
         goals = [east.index] * 100 + [west.index] * n
-        crowd = Crowd(people(building, seed, from_west, from_east), seed, goals)
-        numbers[f"{n}"] = float(times(crowd, east_of(building, 21))[:100].max())
+        crowd = Crowd(put_people(building, seed, from_west, from_east), seed, goals)
+        numbers[f"{n}"] = float(passing_times(crowd, east_of(building, 21))[:100].max())
     return all(a < b < inf for a, b in pairwise(numbers.values())), numbers
 
 
 # -- Corners and stairs -------------------------------------------------------------
 
 
-def bend(width: int, along: int, up: int) -> Building:
+def bent_corridor(width: int, along: int, up: int) -> Building:
     """A corridor round a left corner: metres along, then up, on its inside."""
     wall = "#" * (along + 1)
     rows = [wall + "." * width + "#"] * up
     rows += ["#" + "." * (along + width) + "#"] * width
-    return built([wall + "E" * width + "#", *rows, "#" * (along + width + 2)])
+    return build_floors([wall + "E" * width + "#", *rows, "#" * (along + width + 2)])
 
 
 def corner(seed: int) -> Measured:
     """Twenty people turn left: arrived, and seen in walls."""
-    world = people(bend(2, 10, 10), seed, (20, np.s_[0, 11:13, 1:8]))
+    world = put_people(bent_corridor(2, 10, 10), seed, (20, np.s_[0, 11:13, 1:8]))
     crowd = Crowd(world, seed)
     bodies = world.bodies
     walls = 0
@@ -223,34 +229,34 @@ def large_corner(seed: int) -> Measured:
 
     inside = straight(44)
     outside = straight(75)
-    turn = seconds(bend(20, 41, 10), seed, 500, np.s_[0, 11:31, 1:8])
+    turn = seconds(bent_corridor(20, 41, 10), seed, 500, np.s_[0, 11:31, 1:8])
     numbers = {"inside": inside, "corner": turn, "outside": outside}
     return inside <= turn <= outside < inf, numbers
 
 
-def down() -> Building:
+def two_storeys() -> Building:
     """Build a room, 8 m x 5 m, a corridor, stairs 2 m wide; below, an exit too [A3]."""
     floors = []
     for west in "E#":
         rows = [west + "........" + "#" * 17 for _ in range(5)]
         rows[1:3] = [west + "." * 20 + "+AA##"] * 2
         floors.append(["#" * 26, *rows, "#" * 26])
-    return built(*floors)
+    return build_floors(*floors)
 
 
 def stairs(seed: int) -> Measured:
     """Down stairs: m/s alone, m/s and flow of a crowd."""
 
     def when(count: int, past: Past) -> np.ndarray:
-        crowd = people(down(), seed, (count, np.s_[1, 1:6, 1:9]))
-        return times(Crowd(crowd, seed), past)
+        crowd = put_people(two_storeys(), seed, (count, np.s_[1, 1:6, 1:9]))
+        return passing_times(Crowd(crowd, seed), past)
 
     numbers = Numbers()
     for name, count in (("alone", 1), ("in a crowd", 100)):
         enter = when(count, lambda bodies: bodies.stairwell >= 0)
         leave = when(count, lambda bodies: bodies.walking & (bodies.floor == 0))
         numbers[name] = float(paper.FLIGHT / np.mean(leave - enter))
-    passed, _ = within(numbers, 0.64, 1.07)
+    passed, _ = all_between(numbers, 0.64, 1.07)
     numbers["flow"] = flow(leave) / 2
     return passed and numbers["flow"] <= 1.1, numbers
 
@@ -260,9 +266,9 @@ def before_stairs(seed: int) -> Measured:
     numbers = Numbers()
     for name, first in (("room", 7), ("stairs", 19)):
         spot = np.s_[1, 2:4, first : first + 2]
-        world = people(down(), seed, (150, np.s_[1, 1:6, 1:9]))
-        numbers[name] = densest(Crowd(world, seed), spot)
-    return within(numbers, 3.5, 9)  # IMO: where congestion begins
+        world = put_people(two_storeys(), seed, (150, np.s_[1, 1:6, 1:9]))
+        numbers[name] = peak_density(Crowd(world, seed), spot)
+    return all_between(numbers, 3.5, 9)  # IMO: where congestion begins
 
 
 # -- The paper's building -----------------------------------------------------------
@@ -273,10 +279,10 @@ def everybody_knows(seed: int) -> Measured:
     numbers = Numbers()
     for count in (100, 200, 400):
         scenario = Scenario(people=count, robots_per_floor=0)
-        world = beginning(load("paper"), scenario, np.random.default_rng(seed))
+        world = starting_world(load("paper"), scenario, np.random.default_rng(seed))
         crowd = Crowd(world, seed, limit=Scenario.time_limit)
         numbers[f"{count}"] = 100 * crowd.run().evacuated / count
-    return within(numbers, 100, 100)
+    return all_between(numbers, 100, 100)
 
 
 # -- The table ----------------------------------------------------------------------
@@ -293,7 +299,7 @@ MEASURES: dict[str, Callable[[int], Measured]] = {
 """How each case is measured, by a seed."""
 
 
-def measured(name: str, seed: int, runs: int | None = None) -> dict[str, Any]:
+def measure_case(name: str, seed: int, runs: int | None = None) -> dict[str, Any]:
     """Measure one of the CASES over its seeds, from this one on; return a table row.
 
     It passes if it does so with every seed.  A number is the mean over the seeds where

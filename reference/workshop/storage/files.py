@@ -15,19 +15,19 @@ from typing import Any, TypeVar
 
 from reference.paper import InputError
 
-LARGEST = 2.0**64  # limit of numbers in files: larger ones would overflow
+LARGEST_NUMBER = 2.0**64  # limit of numbers in files: larger ones would overflow
 
 
 @contextmanager
-def naming(what: Path | str) -> Iterator[None]:
+def errors_naming(what: Path | str) -> Iterator[None]:
     """Turn errors about something, such as a file, into InputErrors that name it."""
     try:
         yield
     except (InputError, OSError) as error:
-        raise InputError(f"{what}: {told(error)}") from error
+        raise InputError(f"{what}: {message_of(error)}") from error
 
 
-def told(error: Exception) -> str:
+def message_of(error: Exception) -> str:
     """Put an error into words for people; system errors name their file."""
     if not isinstance(error, OSError) or error.strerror is None:
         return str(error)
@@ -39,7 +39,7 @@ def told(error: Exception) -> str:
 
 
 @contextmanager
-def _written(path: Path, advice: str) -> Iterator[None]:
+def _reworded_errors(path: Path, advice: str) -> Iterator[None]:
     """Reword what the system says of writing; others have words already."""
     try:
         yield
@@ -61,7 +61,7 @@ def replacing(path: Path) -> Iterator[Path]:
     partial = whole.with_name(f".{whole.stem[:40]}-{os.getpid()}-part{whole.suffix}")
     advice = "What was there is as it was. Make room, or name another place."
     try:
-        with _written(path, advice):
+        with _reworded_errors(path, advice):
             yield partial
             os.replace(partial, whole)
     finally:
@@ -86,7 +86,7 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
 
 def make_folder(folder: Path) -> None:
     """Make the folder, if there is none. Raises OSError with a message for people."""
-    with _written(folder, "Name another folder."):
+    with _reworded_errors(folder, "Name another folder."):
         folder.mkdir(parents=True, exist_ok=True)
 
 
@@ -125,7 +125,7 @@ def read_json(path: Path) -> dict[str, Any]:
 
 # -- Tables -------------------------------------------------------------------------
 
-Made = TypeVar("Made")
+RowMade = TypeVar("RowMade")
 LARGEST_TABLE = 1 << 28  # bytes
 
 
@@ -143,7 +143,7 @@ class Table:
     def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
         """Add rows at the end. Raises OSError with a message for people."""
         advice = "The rows in it are whole. Make room, and go on with --resume."
-        with _written(self.path, advice), self.path.open("ab") as file:
+        with _reworded_errors(self.path, advice), self.path.open("ab") as file:
             file.write(self._text(rows))
 
     def _text(self, rows: Iterable[Mapping[str, Any]]) -> bytes:
@@ -153,8 +153,8 @@ class Table:
 
 
 def read_table(
-    path: Path, columns: Sequence[str], made: Callable[[dict[str, str]], Made]
-) -> list[Made]:
+    path: Path, columns: Sequence[str], made: Callable[[dict[str, str]], RowMade]
+) -> list[RowMade]:
     """Read the rows of a `Table` through `made`; none where there is no file.
 
     An unfinished last row is dropped. Raises ValueError for a file that holds anything
@@ -176,9 +176,9 @@ def read_table(
         ) from error
 
 
-def number(cell: str) -> float:
+def read_number(cell: str) -> float:
     """Read a cell's number. Raises ValueError if it is not finite or absurdly large."""
     value = float(cell)
-    if not abs(value) <= LARGEST:
+    if not abs(value) <= LARGEST_NUMBER:
         raise InputError(f"{cell:.40} is no number of a run")
     return value

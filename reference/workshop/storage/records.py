@@ -14,28 +14,28 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from reference.learning.settings import ABOVE_0, Row
 from reference.paper import InputError
-from reference.workshop.storage.files import LARGEST
+from reference.workshop.storage.files import LARGEST_NUMBER
 
-Record = TypeVar("Record")
+RecordType = TypeVar("RecordType")
 
 
 class SettingsError(InputError):
     """A setting with an impossible value: which, why, and what to write instead."""
 
 
-def record_from(kind: type[Record], plain: Any, where: str) -> Record:
+def record_from(kind: type[RecordType], plain: Any, where: str) -> RecordType:
     """Build a record from a mapping; nested records from mappings, tuples from lists.
 
     where  the data stand, for messages. Raises SettingsError for unknown, missing or
     invalid rows.
     """
-    rows = mapping(plain, where)
+    rows = checked_mapping(plain, where)
     known = get_type_hints(kind)
     try:
         for name, value in rows.items():
             if name not in known:
-                raise SettingsError(unknown(name, known))
-            rows[name] = checked(name, value, known[name])
+                raise SettingsError(unknown_name(name, known))
+            rows[name] = checked_value(name, value, known[name])
         for name, parameter in signature(kind).parameters.items():
             if parameter.default is parameter.empty and name not in rows:
                 raise SettingsError(f"{name} is missing")
@@ -44,28 +44,30 @@ def record_from(kind: type[Record], plain: Any, where: str) -> Record:
         raise SettingsError(f"{where}: {error}") from None
 
 
-def checked(name: str, value: Any, hint: Any) -> Any:
+def checked_value(name: str, value: Any, hint: Any) -> Any:
     """Convert a row's value to its type hint. Raises SettingsError if it misfits."""
     kind = get_origin(hint) or hint
     parts = get_args(hint)
     if kind is Any:
         return value
     if NoneType in parts:
-        return None if value is None else checked(name, value, parts[0])
+        return None if value is None else checked_value(name, value, parts[0])
     if is_dataclass(kind) or hasattr(kind, "_fields"):
         return value if isinstance(value, kind) else record_from(kind, value, name)
     if kind is tuple:
         if not isinstance(value, list | tuple):
             raise SettingsError(f"{name} is {value!r:.60}: it must be a list")
-        return tuple(checked(f"one of {name}", part, parts[0]) for part in value)
+        return tuple(checked_value(f"one of {name}", part, parts[0]) for part in value)
     if issubclass(kind, Mapping):
-        rows = mapping(value, name)
-        return {key: checked(f"{name}: {key}", v, parts[1]) for key, v in rows.items()}
+        rows = checked_mapping(value, name)
+        return {
+            key: checked_value(f"{name}: {key}", v, parts[1]) for key, v in rows.items()
+        }
     check_type(name, value, kind)
     return value
 
 
-def mapping(value: Any, where: str) -> dict[str, Any]:
+def checked_mapping(value: Any, where: str) -> dict[str, Any]:
     """Check that a value is a mapping; None stands for an empty one."""
     if not isinstance(value, Mapping | None):
         raise SettingsError(
@@ -76,7 +78,12 @@ def mapping(value: Any, where: str) -> dict[str, Any]:
 
 # -- Rows ---------------------------------------------------------------------------
 
-WORDS = {int: "a whole number", float: "a number", bool: "true or false", str: "a word"}
+TYPE_WORDS = {
+    int: "a whole number",
+    float: "a number",
+    bool: "true or false",
+    str: "a word",
+}
 
 
 def rows_of(record: type) -> dict[str, Row]:
@@ -95,11 +102,11 @@ def check_rows(record: object) -> None:
         value = getattr(record, name)
         check_type(name, value, row.kind)
         if row.choices and value not in row.choices:
-            raise SettingsError(f"{name} {unknown(value, row.choices)}")
+            raise SettingsError(f"{name} {unknown_name(value, row.choices)}")
         if row.kind in (int, float) and not row.low <= value <= row.high:
             start = "above 0" if row.low == ABOVE_0 else f"from {row.low}"
             end = "upwards" if row.high == math.inf else f"up to {row.high}"
-            must = f"it must be {WORDS[row.kind]} {start} {end}"
+            must = f"it must be {TYPE_WORDS[row.kind]} {start} {end}"
             raise SettingsError(f"{name} is {value}: {must}")
 
 
@@ -111,14 +118,16 @@ def check_type(name: str, value: object, kind: Any) -> None:
     kind = get_origin(kind) or kind
     fits = isinstance(value, int | float if kind is float else kind)
     odd = isinstance(value, bool) != (kind is bool)
-    absurd = isinstance(value, int | float) and not abs(value) <= LARGEST
+    absurd = isinstance(value, int | float) and not abs(value) <= LARGEST_NUMBER
     if not fits or odd or absurd:
-        words = WORDS.get(kind) or f"a {kind.__name__}"
-        words += f" up to {LARGEST:g}" if fits and not odd and value == value else ""
+        words = TYPE_WORDS.get(kind) or f"a {kind.__name__}"
+        words += (
+            f" up to {LARGEST_NUMBER:g}" if fits and not odd and value == value else ""
+        )
         raise SettingsError(f"{name} is {value!r:.60}: it must be {words}")
 
 
-def unknown(name: object, known: Iterable[str]) -> str:
+def unknown_name(name: object, known: Iterable[str]) -> str:
     """Say that a name is none of the known ones, and which may be meant."""
     known = tuple(known)
     near = did_you_mean(name, known)

@@ -23,12 +23,12 @@ class ContradictionError(InputError):
 
 
 Started = TypeVar("Started")
-OR_RESUME = "Name another folder, or add --resume to go on with what is in it."
-LOCK = ".lock"  # in a run's folder while it runs
+RESUME_HINT = "Name another folder, or add --resume to go on with what is in it."
+LOCK_FILE = ".lock"  # in a run's folder while it runs
 
 
 @contextmanager
-def held(
+def locked(
     folder: Path | None, resume: bool, start: Callable[[], Started]
 ) -> Iterator[Started]:
     """Start a run and lock its folder, if any, until the block ends.
@@ -45,7 +45,7 @@ def held(
     ours = not folder.exists()
     make_folder(folder)
     try:
-        with FileLock(folder / LOCK, blocking=False):  # ends with the process, too
+        with FileLock(folder / LOCK_FILE, blocking=False):  # ends with the process, too
             try:
                 if resume:
                     started = start()
@@ -53,7 +53,7 @@ def held(
                     refuse_used(folder)
                 yield started
             finally:
-                (folder / LOCK).unlink(missing_ok=True)
+                (folder / LOCK_FILE).unlink(missing_ok=True)
     except Timeout:
         raise InputError(
             f"{folder}: another run is at work in it. Wait for its end, or name "
@@ -65,9 +65,9 @@ def held(
                 folder.rmdir()
 
 
-def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:
+def refuse_used(folder: Path, instead: str = RESUME_HINT) -> None:
     """Raise InputError for a folder that is not empty: a new run needs its own."""
-    if folder.exists() and any(path.name != LOCK for path in folder.iterdir()):
+    if folder.exists() and any(path.name != LOCK_FILE for path in folder.iterdir()):
         raise InputError(f"{folder}: is not empty. {instead}")
 
 

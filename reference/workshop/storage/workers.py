@@ -36,10 +36,10 @@ STOPS = [signal.SIGINT, signal.SIGTERM]  # end a command
 STOPS += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []  # the terminal is gone
 STOPPED_BY: list[int] = []  # those that `stop` has heard
 
-POLL = 0.2  # seconds: not every system hears Ctrl-C while it waits
-ANSWER = 10  # seconds to wait for a scheduler
+STOP_CHECK_SECONDS = 0.2  # seconds: not every system hears Ctrl-C while it waits
+ANSWER_SECONDS = 10  # seconds to wait for a scheduler
 
-Made = TypeVar("Made")
+Result = TypeVar("Result")
 Given = TypeVar("Given")
 
 
@@ -63,7 +63,7 @@ def stop_again(lost: Any) -> None:
 
 
 @contextmanager
-def undisturbed(told: str = "") -> Iterator[None]:
+def stop_delayed(told: str = "") -> Iterator[None]:
     """Delay a KeyboardInterrupt, from any signal, to the end; say `told` at once."""
     heard = list[int]()
 
@@ -101,37 +101,38 @@ def one_thread() -> Iterator[None]:
         torch.set_num_threads(before)
 
 
-def in_order(
+def map_in_order(
     executor: Executor,
-    work: Callable[[Sequence[Given]], Sequence[Made]],
+    work: Callable[[Sequence[Given]], Sequence[Result]],
     items: Sequence[Given],
-) -> list[Made]:
+) -> list[Result]:
     """Give each worker an even share; return results in order.
 
-    Where the number of workers is unknown, each item is a share. Raises as `as_done`.
+    Where the number of workers is unknown, each item is a share. Raises as
+    `map_as_done`.
     """
     size = -(-len(items) // getattr(executor, "workers", len(items)))
     shares = chunks(items, size)
-    made = dict(as_done(executor, work, shares))
+    made = dict(map_as_done(executor, work, shares))
     return [one for k in range(len(shares)) for one in made[k]]
 
 
-def as_done(
-    executor: Executor, work: Callable[[Given], Made], jobs: Iterable[Given]
-) -> Iterator[tuple[int, Made]]:
+def map_as_done(
+    executor: Executor, work: Callable[[Given], Result], jobs: Iterable[Given]
+) -> Iterator[tuple[int, Result]]:
     """Yield number and result of each job as it is done.
 
     Raises what the work raises, and BrokenExecutor for a worker that has died. Jobs
     that are not done by then are left to whoever ends the executor.
     """
-    waiting: dict[Future[Made], int] = {}
+    waiting: dict[Future[Result], int] = {}
     for number, job in enumerate(jobs):
         future = executor.submit(work, job)
         waiting[future] = number
         if future.done():  # in this process
             yield waiting.pop(future), future.result()
     while waiting:
-        for future in wait_for(waiting, POLL, FIRST_COMPLETED).done:
+        for future in wait_for(waiting, STOP_CHECK_SECONDS, FIRST_COMPLETED).done:
             yield waiting.pop(future), future.result()
 
 
@@ -141,10 +142,10 @@ class InProcess(Executor):
     workers = 1
 
     def submit(
-        self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
-    ) -> Future[Made]:
+        self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any
+    ) -> Future[Result]:
         """Do a job before returning."""
-        future: Future[Made] = Future()
+        future: Future[Result] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
         except Exception as error:
@@ -188,10 +189,10 @@ class _Pool(ThreadPoolExecutor):
         self.ended = False
 
     def submit(
-        self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
-    ) -> Future[Made]:
+        self, fn: Callable[..., Result], /, *args: Any, **kwargs: Any
+    ) -> Future[Result]:
         """Submit a job; a stop waits until threads have agreed who does it."""
-        with undisturbed():
+        with stop_delayed():
             return super().submit(self._ask, fn, args, kwargs)
 
     def _ask(self, *job: Any) -> Any:
@@ -277,7 +278,7 @@ def cluster(address: str) -> Iterator[Executor]:
 
         for name in ("distributed", "distributed.client"):  # we tell it, in a sentence
             logging.getLogger(name).setLevel(logging.CRITICAL)
-        client = Client(address, timeout=ANSWER)
+        client = Client(address, timeout=ANSWER_SECONDS)
     except (ImportError, OSError, ValueError, TypeError) as error:
         raise InputError(
             f"{address}: no Dask scheduler answers ({error!s:.99}). Start one there, "

@@ -11,10 +11,10 @@ from reference.building import Building, Kind, Landmark
 from reference.fire import Decision, RandomFire, decision_at, free_places
 from reference.navigation import navigation_of
 from reference.workshop.strategies.observed import lightable, nearest_places
-from reference.workshop.strategies.traffic import traffic, walk
+from reference.workshop.strategies.traffic import places_walked, traffic
 from reference.world import World
 
-APART = 4.0  # [F4, chosen] metres between two cells that `busiest` lists
+APART_METRES = 4.0  # [F4, chosen] metres between two cells that `busiest` lists
 
 
 class GreedyFire:
@@ -39,7 +39,11 @@ class GreedyFire:
         for i, target in zip(who.tolist(), targets.tolist(), strict=True):
             p = int(bodies.place[i])
             mark = int(bodies.landmark[i])
-            crossed = walk(nav, p, mark) if mark >= 0 else nav.straight(p, target)
+            crossed = (
+                places_walked(nav, p, mark)
+                if mark >= 0
+                else nav.straight_way(p, target)
+            )
             traffic[list(set(crossed))] += 1
         return traffic
 
@@ -136,5 +140,5 @@ def busiest(world: World, count: int) -> list[Decision]:
         places.append(decision_at(world, p))
         metres = np.hypot(*(nav.centres[order] - nav.centres[p]).T)
         same_floor = order // nav.floor_size == p // nav.floor_size
-        order = order[~same_floor | (metres >= APART)]
+        order = order[~same_floor | (metres >= APART_METRES)]
     return places

@@ -22,7 +22,7 @@ from reference.robots import Destination, Destinations, actual_target, flame_cos
 from reference.workshop.strategies.observed import (
     at_way_out,
     before_stairwell,
-    guides,
+    guess_guides,
     stairs_that_end,
 )
 from reference.workshop.strategies.traffic import ways_outside
@@ -326,7 +326,7 @@ def as_observed(world: World) -> World:
     bodies = world.bodies
     place = np.array([robot.place for robot in world.robots], dtype=int)
     active = np.array([robot.active for robot in world.robots], dtype=bool)
-    guide = guides(nav, place, active, bodies.place, bodies.walking)
+    guide = guess_guides(nav, place, active, bodies.place, bodies.walking)
 
     body = np.array([*(robot.body for robot in world.robots), NOBODY])
     halfway = world.time + paper.stairs_seconds() / 2

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from reference import paper
 from reference.building import Building, Kind, Landmark
-from reference.fire import fuel
+from reference.fire import burnable
 from reference.navigation import Navigation, navigation_of
 from reference.robots import Destination, actual_target, said_on_the_way
 from reference.world import NOBODY
@@ -25,7 +25,7 @@ from reference.world import NOBODY
 FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
 
 
-class Map:
+class KnownMap:
     """What robots know of a building.
 
     origin  as `Building.origin`
@@ -48,9 +48,9 @@ class Map:
         self.free = np.ravel_multi_index(nearest, building.walkable.shape)
         floors = range(building.floors)
         marks = [way_marks(building, floor) for floor in floors]
-        self.outs = _filled([outs for outs, _ in marks])
-        self.feet = _filled([feet for _, feet in marks])
-        self.rims = _filled([rims(building, floor) for floor in floors])
+        self.outs = _padded([outs for outs, _ in marks])
+        self.feet = _padded([feet for _, feet in marks])
+        self.rims = _padded([guard_points(building, floor) for floor in floors])
 
     def places(self, points: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
         """(...) places of points (..., 2), or (..., 3) with floors of their own.
@@ -68,10 +68,10 @@ class Map:
         return self.free[floor, row, col]
 
 
-map_of = lru_cache(maxsize=8)(Map)
+known_map_of = lru_cache(maxsize=8)(KnownMap)
 
 
-def between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
+def metres_between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Measure metres on foot from places p to q, broadcast; inf between floors.
 
     They come from a table; a row is computed when it is first asked for.
@@ -96,7 +96,7 @@ def _table(nav: Navigation) -> tuple[np.ndarray, np.ndarray]:
     return np.zeros(nav.places, dtype=bool), table
 
 
-def guides(
+def guess_guides(
     nav: Navigation,
     robots: np.ndarray,
     at_work: np.ndarray,
@@ -111,7 +111,7 @@ def guides(
     """
     if not robots.shape[-1]:
         return np.full(people.shape, NOBODY)
-    way = between(nav, robots[..., None], people[..., None, :])
+    way = metres_between(nav, robots[..., None], people[..., None, :])
     way = np.where(at_work[..., None], way, np.inf)
     led = walking & (way.min(axis=-2) <= paper.SIGHT_RANGE)
     return np.where(led, way.argmin(axis=-2), NOBODY)
@@ -138,7 +138,7 @@ def stairs_that_end(building: Building, floor: int) -> list[int]:
     return [k for k, well in enumerate(building.stairwells) if well.lowest == floor]
 
 
-def rims(building: Building, floor: int) -> list[Any]:
+def guard_points(building: Building, floor: int) -> list[Any]:
     """Find where one guards a floor's exits and entrances, points in metres [D6].
 
     [C5, chosen] For each, the nearest cell on foot that flames may enter and that is
@@ -146,13 +146,13 @@ def rims(building: Building, floor: int) -> list[Any]:
     """
     marks = [mark for mark in building.landmarks if mark.floor == floor]
     ways = [mark.index for mark in marks if mark.kind is not Kind.DOOR]
-    can_guard = lightable(building) & kept(building)
+    can_guard = lightable(building) & keeps_destination(building)
     centres = navigation_of(building).centres
     return [centres[p] for p in nearest_places(building, ways, can_guard)]
 
 
 @lru_cache(maxsize=8)
-def kept(building: Building) -> np.ndarray:
+def keeps_destination(building: Building) -> np.ndarray:
     """(places,) bool: far from stairwells; there Eq. 1 keeps a destination [C6]."""
     nav = navigation_of(building)
     far = np.ones((building.floors, nav.floor_size), dtype=bool)
@@ -164,7 +164,7 @@ def kept(building: Building) -> np.ndarray:
 
 def lightable(building: Building) -> np.ndarray:
     """(places,) bool: room cells that flames may enter."""
-    return (fuel(building) & (building.kind == Kind.FLOOR)).ravel()
+    return (burnable(building) & (building.kind == Kind.FLOOR)).ravel()
 
 
 def nearest_places(
@@ -188,7 +188,7 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     """
     entrance = building.stairwells[index].entrances[floor][:1]
     room = building.kind.ravel() == Kind.FLOOR
-    found = nearest_places(building, entrance, room & kept(building))
+    found = nearest_places(building, entrance, room & keeps_destination(building))
     if not found:
         found = nearest_places(building, entrance, room)
     x, y = navigation_of(building).centres[found[0]].tolist()
@@ -222,7 +222,7 @@ def decisions_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
     return np.where(since < 0, -since, later)
 
 
-def _filled(floors: Sequence[Any]) -> np.ndarray:
+def _padded(floors: Sequence[Any]) -> np.ndarray:
     """(floors, most, 2) of points on each floor; nan where there are fewer."""
     rows = list(zip_longest(*floors, fillvalue=(np.nan, np.nan)))
     return np.reshape(rows, (-1, len(floors), 2)).swapaxes(0, 1)

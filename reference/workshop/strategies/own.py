@@ -46,9 +46,9 @@ def from_code(word: str, side: Side) -> Any:
     decide; so does a decision that is none. What the code itself raises is not caught.
     """
     name = word.partition(":")[2]
-    named = getattr(_module(word), name, None)
+    named = getattr(_import_module(word), name, None)
     if named is None:
-        raise InputError(f"{word}: {_file(word)} has no '{name}'.")
+        raise InputError(f"{word}: {_file_of(word)} has no '{name}'.")
     decides = hasattr(named, "decide") and not isinstance(named, type)
     made = named if decides or not callable(named) else named()
     try:
@@ -58,10 +58,10 @@ def from_code(word: str, side: Side) -> Any:
         raise InputError(f"{word}: who plays the {side} has {needs}.") from None
     if isinstance(made, Trained):
         return made
-    return Own(made, word, side)
+    return CheckedStrategy(made, word, side)
 
 
-class Own:
+class CheckedStrategy:
     """A strategy of your own, whose answers are checked before anybody acts on them."""
 
     def __init__(self, strategy: Any, word: str, side: Side):
@@ -98,19 +98,19 @@ def metres(x: Any, y: Any) -> tuple[float, float]:
 def code_digests(word: str) -> dict[str, str]:
     """Digest the file of the module that a word names, and those that it imports.
 
-    Raises as `_file` does.
+    Raises as `_file_of` does.
     """
-    return digests_of_code(word.partition(":")[0], _file(word))
+    return digests_of_code(word.partition(":")[0], _file_of(word))
 
 
-def _file(word: str) -> Path:
+def _file_of(word: str) -> Path:
     """Find the file of the module that a word names; InputError if it has none."""
-    if path := _module(word).__file__:
+    if path := _import_module(word).__file__:
         return Path(path)
     raise InputError(f"{word}: name a module, not a folder.")
 
 
-def _module(word: str) -> ModuleType:
+def _import_module(word: str) -> ModuleType:
     """Import a module, first from the current folder."""
     name = word.partition(":")[0]
     if sys.path[0] not in ("", os.getcwd()):  # as for a script that is started here

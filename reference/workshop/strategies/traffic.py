@@ -50,13 +50,13 @@ def traffic(
     return passed, out
 
 
-def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
+def places_walked(nav: Navigation, p: int, landmark: int) -> list[int]:
     """List the places on the way from p to a landmark, without p [A7]."""
     chain: list[int] = []
     d = nav.distance_to(landmark)
     while 0 < d[p] < np.inf:
         waypoint = int(nav.waypoint[landmark, p % nav.floor_size])
-        chain += nav.straight(p, waypoint)
+        chain += nav.straight_way(p, waypoint)
         p = waypoint
     return chain
 

@@ -3,8 +3,8 @@
 [F4] The appendix says that R_w = min E[R] over all attacks cannot be computed, and
 takes the greedy worst case (GWC): at every state the action of lowest reward. Each
 decision is treated alone, so that the cost is linear in their number. Eq. 5 attacks
-what robots observe, as `Disturbed` does; `WorstCase` attacks by fires. Eq. 6's R_w, if
-everybody dies, is below both: see `bounds`.
+what robots observe, as `DisturbedRobots` does; `WorstCase` attacks by fires. Eq. 6's
+R_w, if everybody dies, is below both: see `bounds`.
 
     δ  error of what robots observe;  ε  its largest size, metres
 """
@@ -25,9 +25,9 @@ from reference.paper import Scenario
 from reference.rewards import group_reward
 from reference.robots import Destinations, NoRobots, RobotStrategy
 from reference.simulation import Simulation
-from reference.workshop.lockstep import to_the_end
+from reference.workshop.lockstep import run_in_lockstep
 from reference.workshop.strategies.fires import BusiestFire, busiest
-from reference.workshop.strategies.observed import map_of
+from reference.workshop.strategies.observed import known_map_of
 from reference.world import Robot, World
 
 CANDIDATES = 4
@@ -62,11 +62,11 @@ class WorstCase:
         candidates = busiest(world, CANDIDATES)
         if not candidates:
             return RandomFire().decide(world, rng)
-        tries = [(self.robots, First(p, BusiestFire())) for p in candidates]
-        return candidates[_worst(world, self.scenario, tries, rng)]
+        tries = [(self.robots, FirstDecision(p, BusiestFire())) for p in candidates]
+        return candidates[_worst_try(world, self.scenario, tries, rng)]
 
 
-class Disturbed:
+class DisturbedRobots:
     """Robots that observe with errors: at every decision the worst of a few draws.
 
     [F4, Eq. 5, chosen] Each δ, and none, leads to destinations; they are tried out to
@@ -86,15 +86,15 @@ class Disturbed:
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Send robots where the worst of these errors lets them go."""
         at_work = {robot.body for robot in robots}
-        tries: list[tuple[First, FireStrategy]] = []
+        tries: list[tuple[FirstDecision, FireStrategy]] = []
         for most in (0.0, *[self.most] * DRAWS):
             seen = with_errors(world, most, rng)
             team = [robot for robot in seen.robots if robot.body in at_work]
             guides = deepcopy(self.robots)
             answer = guides.decide(seen, team, rng)
-            tries.append((First(answer, guides), self.fire))
+            tries.append((FirstDecision(answer, guides), self.fire))
 
-        taken, _ = tries[_worst(world, self.scenario, tries, rng)]
+        taken, _ = tries[_worst_try(world, self.scenario, tries, rng)]
         self.robots = taken.strategy  # it remembers what it has seen
         return taken.decisions[0]
 
@@ -108,7 +108,7 @@ def with_errors(world: World, most: float, rng: Rng) -> World:
     seen = world.copy()
     bodies = seen.bodies
     sources = seen.flames.sources
-    known = map_of(world.building)
+    known = known_map_of(world.building)
 
     def shifted(position: ArrayLike) -> np.ndarray:
         return np.asarray(position) + rng.uniform(-most, most, np.shape(position))
@@ -127,7 +127,7 @@ def with_errors(world: World, most: float, rng: Rng) -> World:
 # -- Trying out ---------------------------------------------------------------------
 
 
-class First:
+class FirstDecision:
     """A strategy that is told its next decision; then it decides itself."""
 
     def __init__(self, decision: Any, strategy: Any):
@@ -139,13 +139,13 @@ class First:
         return self.decisions.pop() if self.decisions else self.strategy.decide(*seen)
 
 
-def _worst(world: World, scenario: Scenario, tries: Sequence[Any], rng: Rng) -> int:
+def _worst_try(world: World, scenario: Scenario, tries: Sequence[Any], rng: Rng) -> int:
     """Find which robots and fire leave least reward, each tried in the same future."""
     seed = int(rng.integers(2**32))
     futures = [
         another_future(world, scenario, robots, fire, seed) for robots, fire in tries
     ]
-    to_the_end(futures)
+    run_in_lockstep(futures)
     return int(np.argmin([group_reward(future.events) for future in futures]))
 
 

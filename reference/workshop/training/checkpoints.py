@@ -19,19 +19,20 @@ import torch
 from torch import Tensor
 
 import reference
+from reference import former_names
 from reference.learning.experience import Decisions
-from reference.learning.players import Learned
+from reference.learning.players import LearnedNetwork
 from reference.learning.ppo import Learner
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
-from reference.workshop.maps import parse
-from reference.workshop.remedies.settings import SideSettings
+from reference.workshop.anchors.settings import SideSettings
+from reference.workshop.maps import parse_map
 from reference.workshop.storage.files import refuse_no_file, write_whole
-from reference.workshop.storage.records import check_type, mapping, record_from
+from reference.workshop.storage.records import check_type, checked_mapping, record_from
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.presets import Settings
 
-PATTERN = "checkpoint-[0-9]*.pt"
+FILE_PATTERN = "checkpoint-[0-9]*.pt"
 KIND = "checkpoint of fire-rescue-reference"
 FORMAT = 9
 """Grows whenever settings, observations, actions or networks mean something else."""
@@ -65,8 +66,8 @@ class Task:
     plan: str
     settings: Settings
     seed: int = 0
-    fixed: Mapping[Side, tuple[Learned | str, ...]] = field(default_factory=dict)
-    initial: Mapping[Side, Learned] = field(default_factory=dict)
+    fixed: Mapping[Side, tuple[LearnedNetwork | str, ...]] = field(default_factory=dict)
+    initial: Mapping[Side, LearnedNetwork] = field(default_factory=dict)
     imitate: str | None = None
 
 
@@ -85,15 +86,15 @@ class Checkpoint:
     progress: dict[str, Any]
     version: str = reference.__version__
 
-    def player(self, side: Side) -> Learned | str:
+    def player(self, side: Side) -> LearnedNetwork | str:
         """The policy of a side: its network as learned so far, or the first fixed."""
         if side in self.learners:
             weights = self.learners[side]["actor"]
-            return Learned(getattr(self.task.settings, side), weights)
+            return LearnedNetwork(getattr(self.task.settings, side), weights)
         return self.task.fixed[side][0]
 
 
-def names_of(players: Iterable[Learned | str]) -> str:
+def player_names(players: Iterable[LearnedNetwork | str]) -> str:
     """Name players that do not learn."""
     return ", ".join(who if isinstance(who, str) else "a network" for who in players)
 
@@ -101,13 +102,15 @@ def names_of(players: Iterable[Learned | str]) -> str:
 # -- Files --------------------------------------------------------------------------
 
 
-def keep(checkpoint: Checkpoint, folder: Path, rounds: Iterable[int] = ()) -> Path:
+def keep_checkpoint(
+    checkpoint: Checkpoint, folder: Path, rounds: Iterable[int] = ()
+) -> Path:
     """Write a checkpoint; delete the folder's others but for these rounds'."""
     path = _file_of(checkpoint.round, folder)
-    save(checkpoint, path)
+    save_checkpoint(checkpoint, path)
     # Only now: a disk that is full must not cost the checkpoint before.
     stay = {path, *(_file_of(number, folder) for number in rounds)}
-    for old in set(folder.glob(PATTERN)) - stay:
+    for old in set(folder.glob(FILE_PATTERN)) - stay:
         old.unlink(missing_ok=True)
     return path
 
@@ -116,24 +119,24 @@ def _file_of(number: int, folder: Path) -> Path:
     return folder / f"checkpoint-{number:06}.pt"
 
 
-def newest(folder: Path) -> Path | None:
+def newest_checkpoint(folder: Path) -> Path | None:
     """The latest checkpoint in a folder, if there is one."""
-    paths = folder.glob(PATTERN)
+    paths = folder.glob(FILE_PATTERN)
     return max(paths, key=lambda path: (len(path.name), path.name), default=None)
 
 
-def save(checkpoint: Checkpoint, path: Path) -> None:
+def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
     """Write the whole file, or nothing so that what was there stays.
 
     Raises OSError, with a message for people.
     """
     head = {"kind": KIND, "format": FORMAT, "game": reference.GAME}
     memory = BytesIO()
-    torch.save(_alike(head | asdict(checkpoint)), memory)
+    torch.save(_equal_bytes(head | asdict(checkpoint)), memory)
     write_whole(path, memory.getbuffer())
 
 
-def load(path: str | Path) -> Checkpoint:
+def load_checkpoint(path: str | Path) -> Checkpoint:
     """Read the checkpoint in a file, or the newest one in a training's folder.
 
     path: LEARNED stands for what ships. Raises CheckpointError for anything else,
@@ -141,7 +144,7 @@ def load(path: str | Path) -> Checkpoint:
     """
     path = SHIPPED if path == LEARNED else Path(path)
     if path.is_dir():
-        latest = newest(path)
+        latest = newest_checkpoint(path)
         if latest is None:
             raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
         path = latest
@@ -183,21 +186,21 @@ def _content(path: Path) -> dict[str, Any]:
 # -- As plain data ------------------------------------------------------------------
 
 
-def _alike(plain: Any) -> Any:
+def _equal_bytes(plain: Any) -> Any:
     """Make equal contents equal bytes: pickle tells which words are one object."""
     if isinstance(plain, str):
         return intern(plain)
     if isinstance(plain, Mapping):
-        return {_alike(key): _alike(value) for key, value in plain.items()}
+        return {_equal_bytes(key): _equal_bytes(value) for key, value in plain.items()}
     if isinstance(plain, list | tuple):
-        return type(plain)(map(_alike, plain))
+        return type(plain)(map(_equal_bytes, plain))
     return plain
 
 
 def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     """Make a checkpoint of plain data. Raises SettingsError, KeyError, ..."""
     # Players are records of their own, which `record_from` cannot tell from names.
-    task = mapping(content["task"], "task")
+    task = checked_mapping(content["task"], "task")
     fixed = task.pop("fixed")
     initial = task.pop("initial")
     sides: Any = {
@@ -207,7 +210,7 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     rows = {f.name: content[f.name] for f in fields(Checkpoint)}
     rows["task"] = replace(record_from(Task, task, "task"), **sides)
     checkpoint = record_from(Checkpoint, rows, "checkpoint")
-    parse(checkpoint.task.plan, "its plan")
+    parse_map(checkpoint.task.plan, "its plan")
     _refuse_numbers(checkpoint)
     return checkpoint
 
@@ -220,7 +223,7 @@ def _refuse_numbers(checkpoint: Checkpoint) -> None:
     learners = checkpoint.learners.values()
     players = [checkpoint.player(side) for side in SIDES]
     everybody = [players, checkpoint.task.fixed, checkpoint.task.initial]
-    networks = [who.weights for who in _leaves(everybody, Learned)]
+    networks = [who.weights for who in _leaves(everybody, LearnedNetwork)]
     for state in learners:
         networks += [state["critic"], *state["versions"].values()]
     for weights in networks:
@@ -248,11 +251,11 @@ def _leaves(plain: Any, kind: Any) -> Iterator[Any]:
             yield from _leaves(part, kind)
 
 
-def _player(plain: Any) -> Learned | str:
+def _player(plain: Any) -> LearnedNetwork | str:
     if isinstance(plain, str):
         return plain
     settings = record_from(SideSettings, plain["settings"], "settings of a network")
-    return Learned(settings, plain["weights"])
+    return LearnedNetwork(settings, plain["weights"])
 
 
 NETWORKS = ("actor", "critic", "optimiser")
@@ -296,3 +299,9 @@ def _unpacked(packed: dict[str, Any]) -> Tensor:
         raise ValueError("grids that are not there")
     bits = np.unpackbits(packed["bits"].numpy(), axis=1, count=count)
     return torch.from_numpy(bits.reshape(shape))
+
+
+__getattr__ = former_names(
+    __name__,
+    {"load": "load_checkpoint", "names_of": "player_names", "save": "save_checkpoint"},
+)

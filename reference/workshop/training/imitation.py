@@ -17,14 +17,14 @@ import torch
 
 from reference.building import Building
 from reference.game.codec import RAW_LIMIT, Moment
-from reference.game.observations import grid, headed, to_normalised
+from reference.game.observations import grid, robot_destinations, to_normalised
 from reference.learning.experience import Decisions, Record, Trajectory, decisions_of
-from reference.learning.players import Learned, Player
+from reference.learning.players import LearnedNetwork, Player
 from reference.learning.ppo import Learner
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import RobotStrategy, actual_target
-from reference.workshop.remedies.settings import RobotsFrame
+from reference.workshop.anchors.settings import RobotsFrame
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import GROUP_RADIUS
 
@@ -33,7 +33,7 @@ CLONING_BATCH = 64  # [C7, chosen] group decisions of its minibatches
 
 
 @dataclass(frozen=True)
-class Demonstration(Learned):
+class Demonstration(LearnedNetwork):
     """Robots whose recorded decisions are those of a hand-written strategy [C5].
 
     settings, weights  of the learner, who plays; without weights the teacher does
@@ -98,7 +98,7 @@ class _Teacher(Player):
         """
         (seen,) = self.read([moment])
         kept = np.isnan(wanted).any(axis=1)
-        aims = np.where(kept[:, None], headed(moment.world), wanted)
+        aims = np.where(kept[:, None], robot_destinations(moment.world), wanted)
         taught = moment.alive.copy()
         if isinstance(self.codec, RobotsFrame):
             actions = np.nan_to_num(self.codec.raw(aims, moment.vectors))

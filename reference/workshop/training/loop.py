@@ -15,22 +15,22 @@ from tqdm import tqdm
 
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side
-from reference.workshop.lockstep import together
+from reference.workshop.lockstep import advance_in_lockstep
 from reference.workshop.storage.files import make_folder
-from reference.workshop.storage.workers import in_order, one_thread, undisturbed
-from reference.workshop.training.checkpoints import keep, newest
+from reference.workshop.storage.workers import map_in_order, one_thread, stop_delayed
+from reference.workshop.training.checkpoints import keep_checkpoint, newest_checkpoint
 from reference.workshop.training.rounds import Training
 from reference.workshop.training.summaries import (
     EXPLAINED,
     OWN_REWARD,
     SIGNAL,
     SURVIVAL,
-    Row,
+    SummaryRow,
     table_until,
 )
 
 
-def train(
+def run_training(
     training: Training,
     folder: Path,
     executor: Executor,
@@ -44,16 +44,16 @@ def train(
     ends first. Then a checkpoint is saved, and it is raised.
     """
     make_folder(folder)
-    if newest(folder) is None:
+    if newest_checkpoint(folder) is None:
         _save(training, folder, training.learners)
     table = table_until(folder, training.round if training.imitated else -1)
     over = _intervals(training)
     try:
         with _bar(training) as bar:
-            while not training.over and not stop():
+            while not training.finished and not stop():
                 # PLAY
-                episodes = in_order(executor, _play, training.jobs())
-                with undisturbed("stopping as soon as this round is learned from"):
+                episodes = map_in_order(executor, _play, training.jobs())
+                with stop_delayed("stopping as soon as this round is learned from"):
                     # LEARN
                     rows = training.learn(episodes)
                     # TELL
@@ -68,13 +68,13 @@ def train(
     except KeyboardInterrupt:
         _save(training, folder, ())  # a temporary one, to resume from
         raise
-    return _save(training, folder, training.learners if training.over else ())
+    return _save(training, folder, training.learners if training.finished else ())
 
 
 def _play(jobs: Sequence[Job]) -> list[Episode]:
     """Play a worker's share, with sums in the same order in a worker as here."""
     with one_thread():
-        return play(*jobs, advance=together)
+        return play(*jobs, advance=advance_in_lockstep)
 
 
 def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:
@@ -88,7 +88,9 @@ def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:
         # Without repeats: at the end the last round may be kept already.
         rounds = dict.fromkeys([*training.kept[side], training.round])
         training.kept[side] = tuple(rounds)[-most:]
-    return keep(training.checkpoint(), folder, chain(*training.kept.values()))
+    return keep_checkpoint(
+        training.checkpoint(), folder, chain(*training.kept.values())
+    )
 
 
 def _intervals(training: Training) -> dict[Side, int]:
@@ -108,7 +110,9 @@ def _bar(training: Training) -> "tqdm[NoReturn]":
     )
 
 
-def _show(bar: "tqdm[NoReturn]", training: Training, rows: Sequence[Row]) -> None:
+def _show(
+    bar: "tqdm[NoReturn]", training: Training, rows: Sequence[SummaryRow]
+) -> None:
     """Show the progress; where there is no terminal, print the rows."""
     bar.update(bar.total - training.left - bar.n)
     if latest := training.latest:

@@ -25,15 +25,15 @@ from pathlib import Path
 from typing import Any
 
 from reference.learning.settings import Side
-from reference.workshop.remedies.settings import SideSettings
+from reference.workshop.anchors.settings import SideSettings
 from reference.workshop.storage.files import read_text
 from reference.workshop.storage.records import (
     SettingsError,
+    checked_mapping,
     did_you_mean,
-    mapping,
     rows_of,
 )
-from reference.workshop.training.presets import Settings, changed
+from reference.workshop.training.presets import Settings, with_rows
 
 PLACES = {
     ".".join((*row.section, name)): name
@@ -42,7 +42,7 @@ PLACES = {
 }
 """Rows of the tables by where ML-Agents keeps them, as in hyperparameters.beta."""
 
-PASS = {
+PASSED_OVER = {
     "hyperparameters.shared_critic": (False,),
     "network_settings.deterministic": (False,),
     "network_settings.goal_conditioning_type": ("hyper", "none"),
@@ -54,7 +54,7 @@ PASS = {
 NO_EFFECT = "reward_signals.extrinsic.network_settings."
 OF_UNITY = ("env_settings", "engine_settings", "torch_settings", "debug")
 TOP = ("behaviors", "default_settings", "reference", "checkpoint_settings", *OF_UNITY)
-NAMES: dict[Side, str] = {"robots": "Robot", "fire": "Fire"}  # of behaviours
+BEHAVIOUR_NAMES: dict[Side, str] = {"robots": "Robot", "fire": "Fire"}  # of behaviours
 
 
 def read_yaml(path: Path, base: Settings) -> Settings:
@@ -65,18 +65,20 @@ def read_yaml(path: Path, base: Settings) -> Settings:
     """
     text = read_text(path)
     try:
-        top = mapping(_parsed(text), "the file")
+        top = checked_mapping(_parsed(text), "the file")
         for key, value in top.items():
             if value is not None and key not in TOP:
                 lost = f"unknown, or not built here: {key}. Leave it out."
                 raise SettingsError(lost + did_you_mean(key, TOP))
-        behaviours = mapping(top.get("behaviors"), "behaviors")
+        behaviours = checked_mapping(top.get("behaviors"), "behaviors")
         names = _sides(behaviours)
         parts = {"default_settings": top.get("default_settings"), **behaviours}
-        rows = _stated(_rows(parts), names, mapping(top.get("reference"), "reference"))
+        rows = _stated(
+            _rows(parts), names, checked_mapping(top.get("reference"), "reference")
+        )
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from None
-    made = changed(base, rows, str(path))
+    made = with_rows(base, rows, str(path))
     for side, name in names.items():
         print(f"note: {path}: '{name}' is taken for {side}", file=sys.stderr)
     return made
@@ -127,8 +129,8 @@ def _stated(
     parts: rows of the defaults and of behaviours;  names: of behaviours;  ours: rows
     that ML-Agents does not have
     """
-    for side, name in NAMES.items():
-        own = mapping(ours.pop(name, ours.get(side)), f"reference: {name}")
+    for side, name in BEHAVIOUR_NAMES.items():
+        own = checked_mapping(ours.pop(name, ours.get(side)), f"reference: {name}")
         own = {row: _number(value) for row, value in own.items()}
         rows = parts["default_settings"]
         if side in names:  # written for ML-Agents, which has that head alone
@@ -149,8 +151,8 @@ def _rows(parts: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     lost = set[tuple[str, str]]()
     for part, sections in parts.items():
         rows[part] = {}
-        for at, value in _flat(mapping(sections, part)).items():
-            passes = value in PASS.get(at, ()) or at.startswith(NO_EFFECT)
+        for at, value in _flat(checked_mapping(sections, part)).items():
+            passes = value in PASSED_OVER.get(at, ()) or at.startswith(NO_EFFECT)
             if at in PLACES:
                 rows[part][PLACES[at]] = _number(value)
             elif not passes:

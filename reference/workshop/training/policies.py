@@ -11,17 +11,17 @@ import numpy as np
 
 from reference.building import Building, building_of
 from reference.game.codec import Moment
-from reference.learning.players import Learned
+from reference.learning.players import LearnedNetwork
 from reference.learning.settings import Side
 from reference.paper import Scenario
-from reference.workshop.storage.files import naming
+from reference.workshop.storage.files import errors_naming
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import SCRIPTS
 from reference.workshop.strategies.trained import Trained, TrainedFire, TrainedRobots
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     CheckpointError,
-    load,
+    load_checkpoint,
     must_fit,
 )
 from reference.world import World
@@ -39,7 +39,9 @@ class LearnedPolicy(Trained):
         Raises CheckpointError for a file that is no checkpoint, or one in which this
         side was not learned; OSError for a file that cannot be read.
         """
-        checkpoint = source if isinstance(source, Checkpoint) else load(source)
+        checkpoint = (
+            source if isinstance(source, Checkpoint) else load_checkpoint(source)
+        )
         self.task = checkpoint.task
         self.name = self.task.building
         self.building = building_of(self.task.plan)
@@ -47,7 +49,7 @@ class LearnedPolicy(Trained):
 
         who = checkpoint.player(self.side)
         name = "the checkpoint" if source is checkpoint else source
-        if not isinstance(who, Learned):
+        if not isinstance(who, LearnedNetwork):
             raise CheckpointError(
                 f"{name}: nobody learned for the {self.side} there. Write "
                 f"--{self.side} {who}, or name another checkpoint."
@@ -82,11 +84,11 @@ POLICIES: dict[Side, Any] = {"robots": LearnedRobots, "fire": LearnedFire}
 
 def fixed_player(
     word: str, side: Side, building: Building, scenario: Scenario
-) -> Learned | str:
+) -> LearnedNetwork | str:
     """A strategy's name, or the network of a checkpoint; refuses one that misfits."""
     if word in SCRIPTS[side]:
         return word
     policy = POLICIES[side](word)
-    with naming(f"{side} {word}"):
+    with errors_naming(f"{side} {word}"):
         policy.refuse_elsewhere(building, scenario)
     return policy.learned

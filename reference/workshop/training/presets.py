@@ -11,19 +11,19 @@ from typing import Annotated, Any
 from reference import paper
 from reference.learning.settings import Row
 from reference.paper import Scenario
-from reference.workshop.remedies.settings import SideSettings
+from reference.workshop.anchors.settings import SideSettings
 from reference.workshop.storage.records import (
     SettingsError,
     check_rows,
-    mapping,
+    checked_mapping,
     record_from,
-    unknown,
+    unknown_name,
 )
 from reference.workshop.strategies import FIRES
 
-SMALLER = tomllib.loads(Path(__file__).with_name("presets.toml").read_text("utf-8"))
+PRESET_ROWS = tomllib.loads(Path(__file__).with_name("presets.toml").read_text("utf-8"))
 PRESETS = ("tiny", "laptop", "paper")
-OF_ROBOTS = ("commitment", "masks")  # rows that the fire cannot have
+ROBOTS_ONLY = ("commitment", "masks")  # rows that the fire cannot have
 
 
 # Limits of rows belong to the form people fill in, not to the model: they catch slips
@@ -72,23 +72,23 @@ class Settings:
         if self.fire.trainer_type != "ppo":
             raise SettingsError("fire: trainer_type must be ppo: one fire is no group")
         # Refused rather than ignored: somebody would wait for an effect.
-        for row in OF_ROBOTS:
+        for row in ROBOTS_ONLY:
             if getattr(self.fire, row):
                 raise SettingsError(f"fire: {row} is about robots only")
         if not self.stand_ins:
             raise SettingsError("stand_ins: name at least one fire")
         for name in {*self.stand_ins} - {*FIRES}:
-            raise SettingsError(f"stand_ins: {unknown(name, FIRES)}")
+            raise SettingsError(f"stand_ins: {unknown_name(name, FIRES)}")
         if not self.scenario.training:
             raise SettingsError("scenario: training must be true [D6]")
 
 
-def changed(base: Settings, rows: Any, where: str) -> Settings:
+def with_rows(base: Settings, rows: Any, where: str) -> Settings:
     """Replace rows of whole settings; robots, fire and scenario hold rows of their own.
 
     where: the rows stand, for messages. Raises SettingsError.
     """
-    rows = mapping(rows, where)
+    rows = checked_mapping(rows, where)
     if "preset" in rows:
         raise SettingsError(
             f"{where}: leave preset out: --preset or an experiment's top names it"
@@ -96,7 +96,7 @@ def changed(base: Settings, rows: Any, where: str) -> Settings:
     for name in rows.keys() & {"robots", "fire", "scenario"}:
         part = getattr(base, name)
         there = f"{where}: {name}"
-        merged = vars(part) | mapping(rows[name], there)
+        merged = vars(part) | checked_mapping(rows[name], there)
         rows[name] = record_from(type(part), merged, there)
     return record_from(Settings, vars(base) | rows, where)
 
@@ -104,7 +104,7 @@ def changed(base: Settings, rows: Any, where: str) -> Settings:
 def preset(name: str) -> Settings:
     """The settings called `name`, one of PRESETS. Raises SettingsError."""
     if name not in PRESETS:
-        raise SettingsError(f"preset {unknown(name, PRESETS)}")
+        raise SettingsError(f"preset {unknown_name(name, PRESETS)}")
     largest = Settings(
         preset="paper",
         robots=record_from(SideSettings, paper.TABLE_I, "Table I"),  # [E1, Tab. I]
@@ -113,4 +113,4 @@ def preset(name: str) -> Settings:
         episodes_per_job=8,
         jobs_per_round=2,  # [E1, chosen] a round fills under 19 % of Table I's buffer
     )
-    return replace(changed(largest, SMALLER.get(name, {}), name), preset=name)
+    return replace(with_rows(largest, PRESET_ROWS.get(name, {}), name), preset=name)

@@ -16,7 +16,7 @@ from reference.building import building_of
 from reference.fire import NoFire
 from reference.learning.adversarial import learner_for, player_of, trajectories_of
 from reference.learning.experience import Trajectory
-from reference.learning.players import Learned
+from reference.learning.players import LearnedNetwork
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, Side
@@ -27,23 +27,30 @@ from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     Task,
-    names_of,
+    player_names,
     restore,
     state_of,
 )
-from reference.workshop.training.gradient import figures
+from reference.workshop.training.gradient import measure_signal
 from reference.workshop.training.imitation import Demonstration, clone
-from reference.workshop.training.summaries import PRETRAINING, Row, Summary
+from reference.workshop.training.summaries import PRETRAINING, RunningMeans, SummaryRow
 
 # What seeds are for: those of one purpose never meet another's.
 OF_LEARNERS = 0
 ROUNDS = 1
 DEMONSTRATIONS = 2
 
-OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "spread")
+NETWORK_ROWS = (
+    "head",
+    "hidden_units",
+    "num_layers",
+    "normalize",
+    "commitment",
+    "spread",
+)
 """Rows of settings on which the meaning of a network's weights depends."""
 
-EARLIER = 4
+VERSIONS_KEPT = 4
 """[E6, chosen] earlier versions of a side in the league, at even distances: at least
 these, at most twice as many."""
 
@@ -56,7 +63,7 @@ class Progress:
     imitated: bool
     kept: dict[Side, tuple[int, ...]]
     latest: dict[str, float]
-    summaries: dict[Side, Summary]
+    summaries: dict[Side, RunningMeans]
 
 
 class Training:
@@ -83,7 +90,7 @@ class Training:
             raise SettingsError("there is nobody to evacuate: raise people")
         Simulation(building, scenario)  # refuses here what would fail in a worker
         self.learners = {s: _learner(task, s) for s in SIDES if s not in task.fixed}
-        self.summaries = {side: Summary(0, {}, {}) for side in self.learners}
+        self.summaries = {side: RunningMeans(0, {}, {}) for side in self.learners}
         self.round = self.episodes = 0
         self.imitated = task.imitate is None
         self.shown: list[list[Trajectory]] = []
@@ -100,7 +107,7 @@ class Training:
         return sum(max(0, who.settings.max_steps - who.steps) for who in learners)
 
     @property
-    def over(self) -> bool:
+    def finished(self) -> bool:
         """Whether every side that learns has reached its max_steps."""
         return not self.left
 
@@ -197,12 +204,14 @@ class Training:
         if not past:
             return {}
         weights = past[turn // 2 % len(past)]
-        return {side: _player(side, Learned(getattr(self.settings, side), weights))}
+        return {
+            side: _player(side, LearnedNetwork(getattr(self.settings, side), weights))
+        }
 
     def _remember(self) -> None:
         """Add both sides to the league, as of now; keep versions at even distances."""
         spacing = 1
-        while self.round // spacing > 2 * EARLIER:
+        while self.round // spacing > 2 * VERSIONS_KEPT:
             spacing *= 2
         for side, learner in self.learners.items():
             # Copies: the actor's own tensors change at the next update.
@@ -214,7 +223,7 @@ class Training:
                 if number % spacing == 0
             }
 
-    def learn(self, episodes: Sequence[Episode]) -> list[Row]:
+    def learn(self, episodes: Sequence[Episode]) -> list[SummaryRow]:
         """Update the learners whose turn it is; return the summary rows due.
 
         Raises SettingsError if in their first round they had nothing to decide.
@@ -228,7 +237,7 @@ class Training:
         phase = "together" if len(learning) > 1 else learning[0]
         when = {"round": self.round + 1, "episodes": self.episodes, "phase": phase}
 
-        rows: list[Row] = []
+        rows: list[SummaryRow] = []
         for side in learning:
             learner = self.learners[side]
             learner.add(trajectories_of(side, episodes))
@@ -258,7 +267,8 @@ class Training:
         for `critic_rounds`; only its critic learns then.
         """
         learner = self.learners[side]
-        measured = figures(learner)  # before the update, which empties the buffer
+        # before the update, which empties the buffer
+        measured = measure_signal(learner)
         copied = side == "robots" and self.task.imitate is not None
         given = copied or side in self.task.initial
         alone = given and self.round < self.settings.critic_rounds
@@ -267,7 +277,7 @@ class Training:
         learner.actor.requires_grad_(True)
         return measured | update
 
-    def _imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
+    def _imitate(self, demonstrations: Sequence[Episode]) -> list[SummaryRow]:
         """Clone all that was demonstrated; return a summary row for each epoch."""
         self.shown.append([e.robots for e in demonstrations if e.robots is not None])
         everything = list(chain.from_iterable(self.shown))
@@ -293,7 +303,9 @@ class Training:
         for side in SIDES:
             settings = getattr(self.settings, side)
             names[side] = f"{settings.trainer_type} ({settings.head} head)"
-        return names | {side: names_of(who) for side, who in self.task.fixed.items()}
+        return names | {
+            side: player_names(who) for side, who in self.task.fixed.items()
+        }
 
     def facts(self) -> dict[str, Any]:
         """Report players, progress, and the means of the last round's episodes."""
@@ -351,7 +363,7 @@ def _due(job: int, share: float) -> bool:
     return int((job + 1) * share) > int(job * share)
 
 
-def _player(side: Side, who: Learned | str) -> Any:
+def _player(side: Side, who: LearnedNetwork | str) -> Any:
     """Make a player that does not learn; any process can have a network's arrays."""
     if isinstance(who, str):
         return SCRIPTS[side][who]()
@@ -376,7 +388,7 @@ def _learner(task: Task, side: Side) -> Learner:
     learner = learner_for(side, task.plan, scenario, settings, seed)
     who = task.initial.get(side)
     if who is not None:
-        for name in OF_NETWORK:
+        for name in NETWORK_ROWS:
             theirs = getattr(who.settings, name)
             if theirs != getattr(settings, name):
                 raise SettingsError(

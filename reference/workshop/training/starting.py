@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from reference.building import building_of, plan_of
-from reference.learning.players import Learned
+from reference.learning.players import LearnedNetwork
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
 from reference.workshop import maps
@@ -23,7 +23,7 @@ OPTIONS += ("initialize_from", "seed")
 """What defines a training; None where it was not asked for."""
 
 
-def begin(asked: Namespace) -> Training:
+def begin_training(asked: Namespace) -> Training:
     """Begin a training; by default preset laptop on the paper's building.
 
     Raises SettingsError, CheckpointError for a side that does not fit, MistakesError
@@ -37,7 +37,7 @@ def begin(asked: Namespace) -> Training:
     scenario = settings.scenario
 
     # who does not learn
-    fixed: dict[Side, tuple[Learned | str, ...]] = {}
+    fixed: dict[Side, tuple[LearnedNetwork | str, ...]] = {}
     for side in SIDES:
         words = getattr(asked, side)
         if words is not None:
@@ -52,9 +52,9 @@ def begin(asked: Namespace) -> Training:
         taken = set(fixed)
         if asked.imitate:
             taken.add("robots")
-        made = checkpoints.load(path)
+        made = checkpoints.load_checkpoint(path)
         for side in SIDES:
-            if side not in taken and isinstance(made.player(side), Learned):
+            if side not in taken and isinstance(made.player(side), LearnedNetwork):
                 initial[side] = fixed_player(path, side, building, scenario)
         if not initial:
             raise CheckpointError(f"{path}: nobody learned there who learns here.")
@@ -87,13 +87,13 @@ def _settings(asked: Namespace) -> Settings:
     return replace(made, robots=robots, scenario=scenario)
 
 
-def resume(folder: Path) -> Training:
+def resume_training(folder: Path) -> Training:
     """Resume from the newest checkpoint in a folder.
 
     Raises InputError if it is another version's or its map has changed, CheckpointError
     if there is none or if it is damaged.
     """
-    checkpoint = checkpoints.load(folder)
+    checkpoint = checkpoints.load_checkpoint(folder)
     refuse_version(folder, checkpoint.version)
     _refuse_other_map(checkpoint.task)
     with checkpoints.must_fit(folder, "its parts do not fit each other"):

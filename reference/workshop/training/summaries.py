@@ -17,7 +17,7 @@ from reference.workshop.storage.records import SettingsError
 SUMMARIES = "summaries.csv"
 """Name of the table in the folder of a training."""
 
-WHEN = ("side", "step", "round", "episodes", "phase")
+WHEN_COLUMNS = ("side", "step", "round", "episodes", "phase")
 """Whose row; its side's decisions, rounds and episodes so far; who is learning."""
 
 GROUP_REWARD = "Environment/Group Cumulative Reward"
@@ -25,7 +25,7 @@ OWN_REWARD = "Environment/Cumulative Reward"
 SURVIVAL = "Environment/Survival"
 PRETRAINING = "Losses/Pretraining Loss"
 
-OF_EPISODES = {
+EPISODE_COLUMNS = {
     GROUP_REWARD: "group_reward",
     OWN_REWARD: "group_reward",  # the fire's is fire_reward
     "Environment/Episode Length": "length",
@@ -41,7 +41,7 @@ OF_EPISODES = {
 SIGNAL = "Policy/Signal to Noise"
 EXPLAINED = "Policy/Explained Variance"
 
-OF_UPDATES = (
+UPDATE_COLUMNS = (
     "Losses/Policy Loss",
     "Losses/Value Loss",
     "Losses/Baseline Loss",
@@ -55,13 +55,13 @@ OF_UPDATES = (
     SIGNAL,  # ours, as EXPLAINED is
     EXPLAINED,
 )
-COLUMNS = (*WHEN, *OF_EPISODES, *OF_UPDATES)
-Row = dict[str, Any]
+SUMMARY_COLUMNS = (*WHEN_COLUMNS, *EPISODE_COLUMNS, *UPDATE_COLUMNS)
+SummaryRow = dict[str, Any]
 Figures = Mapping[str, float]
 
 
 @dataclass
-class Summary:
+class RunningMeans:
     """One side's next row: sums over what has come in since the row before.
 
     last  step of the row before;  sums and counts  by column
@@ -72,14 +72,14 @@ class Summary:
     counts: dict[str, int]
 
     def __post_init__(self) -> None:
-        known = self.sums.keys() == self.counts.keys() <= {*COLUMNS}
+        known = self.sums.keys() == self.counts.keys() <= {*SUMMARY_COLUMNS}
         if not known or min(self.counts.values(), default=1) < 1:
             raise SettingsError("sums and counts of a summary do not fit")
 
     def add(self, side: Side, facts: Iterable[Figures], update: Figures) -> None:
         """Add facts of episodes, and the update's figures, if there was one."""
         for fact in facts:
-            values = {column: fact[name] for column, name in OF_EPISODES.items()}
+            values = {column: fact[name] for column, name in EPISODE_COLUMNS.items()}
             if side == "fire":
                 values[OWN_REWARD] = fact["fire_reward"]
             self._add(values)
@@ -90,7 +90,7 @@ class Summary:
             self.sums[column] = self.sums.get(column, 0.0) + value
             self.counts[column] = self.counts.get(column, 0) + 1
 
-    def row(self, step: int, every: int) -> Row | None:
+    def row(self, step: int, every: int) -> SummaryRow | None:
         """The means, if this step is past another multiple of `every`; begin anew."""
         if step // every == self.last // every:
             return None
@@ -107,5 +107,7 @@ def table_until(folder: Path, rounds: int) -> Table:
     Raises ValueError for a file that is another table, OSError.
     """
     path = folder / SUMMARIES
-    there = read_table(path, COLUMNS, lambda row: (int(row["round"]), row))
-    return Table(path, COLUMNS, (row for round, row in there if round <= rounds))
+    there = read_table(path, SUMMARY_COLUMNS, lambda row: (int(row["round"]), row))
+    return Table(
+        path, SUMMARY_COLUMNS, (row for round, row in there if round <= rounds)
+    )

@@ -18,24 +18,24 @@ from reference.game.codec import PolicyCodec
 from reference.game.observations import from_normalised
 from reference.workshop.strategies.observed import (
     FAR,
-    between,
     decisions_to_next_fire,
-    guides,
-    map_of,
+    guess_guides,
+    known_map_of,
+    metres_between,
 )
 from reference.world import NOBODY
 
 UNIT = 10.0  # [C5, chosen] metres of one unit of an action
 HALFWAY = 5.0  # [C4, chosen] metres on foot that are half as near as none
-PEOPLE = 6  # [C5, chosen] anchors at people
+NEAREST_PEOPLE = 6  # [C5, chosen] anchors at people
 ASTRAY = 8.0  # [C5, chosen] metres: hardly anybody goes farther between decisions
 
 KEEP = 0
-STAY = 1
+WAIT = 1
 """The first anchors: where a robot is headed, and where it stands."""
 
 
-class View:
+class RobotView:
     """What robots observe, in their frames.
 
     me     (B, 2) metres, floor (B,), place (B,): where they stand
@@ -56,7 +56,7 @@ class View:
         masks: forbid what helps nobody, see `helpful`.
         """
         self.scenario = codec.scenario
-        self.map = map_of(codec.building)
+        self.map = known_map_of(codec.building)
         self.masks = masks
         blocks = codec.layout.blocks
         self.seen = {name: codec.layout.read(vectors, name) for name in blocks}
@@ -82,7 +82,7 @@ class View:
         inside = _there(self.humans)
         walking = inside & ~self.map.stairs[place]
         robots = self.map.places(self.robots)
-        guide = guides(self.map.nav, robots, _there(self.robots), place, walking)
+        guide = guess_guides(self.map.nav, robots, _there(self.robots), place, walking)
         here = walking & (self.humans[..., 2].round() == self.floor[:, None])
         self.alone = walking & (guide == NOBODY)
         self.lost = here & self.alone
@@ -95,7 +95,7 @@ class View:
 
     def _find_anchors(self) -> None:
         """List anchors: keep, stay, ways out, feet, rims, nearest lost people [C5]."""
-        first = self.order[:, :PEOPLE]
+        first = self.order[:, :NEAREST_PEOPLE]
         people = np.take_along_axis(self.humans[..., :2], first[..., None], axis=1)
         people[~np.take_along_axis(self.lost, first, axis=1)] = np.nan
         anchors = np.concatenate(
@@ -114,7 +114,7 @@ class View:
         self.allowed = ~np.isnan(anchors[..., 0])
         if self.masks:
             self.allowed &= self.helpful()
-        self.allowed[:, STAY] = True  # a mixture of nothing has no logarithm
+        self.allowed[:, WAIT] = True  # a mixture of nothing has no logarithm
 
     def helpful(self) -> np.ndarray:
         """(B, K) bool: False masks useless anchors.
@@ -124,7 +124,7 @@ class View:
         """
         leads = self.mine.any(axis=1)
         helps = np.ones_like(self.allowed)
-        outs = STAY + 1  # the first way out
+        outs = WAIT + 1  # the first way out
         helps[:, outs : outs + self.outs.shape[1]] = leads[:, None]
 
         # the old destination
@@ -152,7 +152,7 @@ class View:
             np.take_along_axis(people, self.order[..., None], axis=1),
             self._points(mates, _there(mates)),
             self._points(self.fires, _there(self.fires)),
-            near(self.way),
+            nearness(self.way),
             self.way / UNIT,
             (self.humans[..., 2:].round() == floors).sum(axis=1) / UNIT,
             self.seen["fires_per_floor"],
@@ -171,13 +171,13 @@ class View:
         """(B, m, 5): x, y and storeys from me, near, flag; zeros for `ABSENT_POINT`."""
         off = (points[..., :2] - self.me[:, None]) / UNIT
         up = points[..., 2:] - self.floor[:, None, None]
-        close = near(self._way(self.map.places(points)))
+        close = nearness(self._way(self.map.places(points)))
         parts = [off, up, close[..., None], flag[..., None]]
         return np.concatenate(parts, axis=-1) * _there(points)[..., None]
 
     def _way(self, place: np.ndarray) -> np.ndarray:
         """Metres on foot to places (B, m)."""
-        return np.minimum(between(self.map.nav, self.place[:, None], place), FAR)
+        return np.minimum(metres_between(self.map.nav, self.place[:, None], place), FAR)
 
     def _way_to(self, metres: np.ndarray) -> np.ndarray:
         """Metres on foot to points (B, m, 2) of my floor; to nan it is FAR."""
@@ -191,7 +191,7 @@ class View:
         return np.take_along_axis(mine, order[..., None], axis=1)
 
 
-def near(way: np.ndarray) -> np.ndarray:
+def nearness(way: np.ndarray) -> np.ndarray:
     """1 for a way of no metres, one half at HALFWAY; 0 for what is FAR."""
     return np.where(way < FAR, 1 / (1 + way / HALFWAY), 0)
 

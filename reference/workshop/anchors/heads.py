@@ -14,7 +14,7 @@ from reference.learning.networks import (
     ActionDistribution,
     linear,
 )
-from reference.workshop.remedies.frame import UNIT
+from reference.workshop.anchors.frame import UNIT
 
 
 class Mixture(ActionDistribution):

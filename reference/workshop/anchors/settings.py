@@ -1,11 +1,11 @@
-"""Settings with remedies, what helps learning beside the paper: codec and head.
+"""Settings with anchors, what helps learning beside the paper: codec and head.
 
-The trainers compute what ML-Agents computes; settings with remedies give them another
+The trainers compute what ML-Agents computes; settings with anchors give them another
 `PolicyCodec`, with another head.
 
     floor    the paper's Gaussian: coordinates of the whole floor
     mixture  Gaussians around anchors: a robot's are those of its own frame, see
-             `workshop.remedies.frame`; the fire's stand beside the building's exits,
+             `workshop.anchors.frame`; the fire's stand beside the building's exits,
              entrances and doors
 
     N    observations;  H  hidden units;  V  numbers a network reads;  K  anchors
@@ -24,7 +24,7 @@ from reference.game.observations import from_normalised, grid_shape, to_normalis
 from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
 from reference.navigation import navigation_of
 from reference.paper import InputError, Scenario
-from reference.workshop.remedies.frame import UNIT, View
+from reference.workshop.anchors.frame import UNIT, RobotView
 from reference.workshop.storage.records import SettingsError, check_rows
 from reference.workshop.strategies.fires import places_beside
 
@@ -37,7 +37,7 @@ LIT = 2.0
 
 @dataclass(frozen=True)
 class SideSettings(TrainerSettings):
-    """A table with remedies; all are off in Tables I and II [C5, C7, chosen].
+    """A table with rows for anchors; all are off in Tables I and II [C5, C7, chosen].
 
     head        which codec and which head policies have: see this module
     spread      metres, standard deviation of a mixture around each anchor
@@ -95,13 +95,13 @@ class RobotsFrame(PolicyCodec):
         self.size: int = view.numbers().shape[1]
         self.anchors: int = view.anchors.shape[1]
 
-    def _view(self, vectors: np.ndarray, headed: np.ndarray) -> View:
-        return View(self, vectors, headed, self.settings.masks)
+    def _view(self, vectors: np.ndarray, headed: np.ndarray) -> RobotView:
+        return RobotView(self, vectors, headed, self.settings.masks)
 
     @property
     def sizes(self) -> Sizes:
         """As the paper's, but for what a network reads and its head."""
-        from reference.workshop.remedies.heads import MixtureHead  # torch
+        from reference.workshop.anchors.heads import MixtureHead  # torch
 
         s = self.settings
         return Sizes(
@@ -157,7 +157,7 @@ class MixtureOfFire(PolicyCodec):
     @property
     def sizes(self) -> Sizes:
         """As the paper's, but for the anchors, and one more number that is drawn."""
-        from reference.workshop.remedies.heads import MixtureHead  # torch
+        from reference.workshop.anchors.heads import MixtureHead  # torch
 
         K, C = self.anchors.shape
         return Sizes(

@@ -8,16 +8,16 @@ import pytest
 import torch
 from torch.distributions import Independent, MixtureSameFamily
 
-from reference.fire import fuel
+from reference.fire import burnable
 from reference.game.environment import fire_decision
 from reference.game.observations import fire_vector
 from reference.learning.networks import REFUSED
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
+from reference.workshop.anchors.frame import UNIT
+from reference.workshop.anchors.heads import Mixture, MixtureHead
 from reference.workshop.maps import load
-from reference.workshop.remedies.frame import UNIT
-from reference.workshop.remedies.heads import Mixture, MixtureHead
 from reference.workshop.training.presets import preset
 from reference.world import FireLit
 
@@ -110,7 +110,7 @@ def test_the_fires_anchors_stand_beside_all_ways_and_can_burn(name):
         floor, x, y = fire_decision(building, action)
         assert floor == mark.floor
         assert np.hypot(*np.subtract((x, y), mark.position)) < 8
-        assert fuel(building).ravel()[navigation_of(building).place(floor, x, y)]
+        assert burnable(building).ravel()[navigation_of(building).place(floor, x, y)]
 
 
 @pytest.mark.paper("D2", "chosen")

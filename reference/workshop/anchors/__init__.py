@@ -1,0 +1,1 @@
+"""What helps learning, beside the paper: the robots' frame, anchors and heads."""

@@ -1,1 +1,0 @@
-"""What helps learning, beside the paper: other frames and other heads."""
