@@ -101,6 +101,8 @@ def evacuate(arguments: Namespace) -> None:
     pairs = _pairs(arguments)
     robots, fires = zip(*pairs, strict=True)
     evaluation = begin(robots, fires, **options.of_evaluation(arguments))
+    if {*evaluation.arena.changes} - {"people"}:  # no option asked for that
+        note(evaluation.arena.about())
     for line in notes(evaluation):
         note(line)
     crowding, played = Crowding() if arguments.density else None, []
