@@ -114,6 +114,8 @@ def evacuate(arguments: Namespace) -> None:
     evaluation = begin_evaluation(
         robots, fires, **options.evaluation_options(arguments)
     )
+    if {*evaluation.arena.changes} - {"people"}:  # no option asked for that
+        print_note(evaluation.arena.about())
     for line in notes(evaluation):
         print_note(line)
     crowding = Crowding() if arguments.density else None
