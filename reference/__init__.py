@@ -48,7 +48,7 @@ BOOK = (
     "view",  # what one human sees now
     "humans",  # Algorithms 1 and 2
     "robots",  # Algorithm 3, Eq. 1, who guides
-    "motion",  # bodies move without overlap
+    "motion",  # bodies walk, give way and push
     "walking",  # people walk, take the stairs
     "beginning",  # who stands where before the first tick
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
