@@ -177,7 +177,7 @@ def _push_weight(s: np.ndarray) -> np.ndarray:
     """
     root = 1 + s / (16 * paper.PUSH_RANGE)
     for _ in range(4):
-        root = root * root
+        root *= root
     return paper.PUSH_STRENGTH * (1 / root)
 
 
@@ -225,10 +225,11 @@ def _shuffle(
     met = pairs.facing & (_along(e.take(pairs.i, 0), pairs.to_j) > 0)
     meets = np.zeros(len(e), bool)
     meets[pairs.i[met]] = True
-    right = _turned(e[who], -paper.SHUFFLE_RIGHT * meets[who])
+    way = e[who]
+    way[meets[who]] = _turned(e[meets & held_up], -paper.SHUFFLE_RIGHT)
     half = turns(who)  # of a turn; twice that makes all angles nearly as frequent
     tried = moved.copy()
-    tried[who] += stride * _turned(_turned(right, half), half)
+    tried[who] += stride * _turned(_turned(way, half), half)
 
     barred = who[~free(tried[who], who)]
     tried[barred] = moved[barred]
@@ -293,11 +294,12 @@ def _right_of(e: np.ndarray) -> np.ndarray:
     return np.array([e[:, 1], -e[:, 0]]).T
 
 
-def _turned(e: np.ndarray, t: np.ndarray) -> np.ndarray:
+def _turned(e: np.ndarray, t: np.ndarray | float) -> np.ndarray:
     """(k, 2) vectors turned to the left by the angles whose halves have tangents t."""
     x, y = e.T
-    cos = (1 - t * t) / (1 + t * t)
-    sin = 2 * t / (1 + t * t)
+    square = t * t
+    cos = (1 - square) / (1 + square)
+    sin = 2 * t / (1 + square)
     return np.array([x * cos - y * sin, x * sin + y * cos]).T
 
 
