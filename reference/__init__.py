@@ -111,7 +111,7 @@ FRONT_DOOR = {
 
 __version__ = "0.17.2"
 
-GAME = 7
+GAME = 8
 """Increases when rules or numbers of the game change: policies learned in another game
 are refused, and runs begun in it are not resumed."""
 
