@@ -6,7 +6,6 @@ no longer hold.
 """
 
 import json
-import re
 from itertools import product
 
 import pytest
