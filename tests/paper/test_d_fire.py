@@ -205,7 +205,7 @@ def test_a_place_where_somebody_died_is_free(fate):
 @pytest.fixture(scope="module")
 def spread():
     """How flames would spread in the paper's building, with one seed."""
-    return Spread(shipped("paper"), np.random.default_rng(5))
+    return Spread(shipped("paper"), Scenario(), np.random.default_rng(5))
 
 
 ONE, OTHER = FireLit(0.0, 0, -10.5, 5.5), FireLit(20.0, 0, 3.5, -8.5)
@@ -304,7 +304,7 @@ def test_the_rim_of_a_clearance_is_what_flames_must_fill_to_close_it():
 def test_delays_are_the_same_both_ways_and_differ_by_seed(spread):
     """A border has one delay, fixed for the run."""
     assert (spread.delays != spread.delays.T).nnz == 0
-    other = Spread(spread.building, np.random.default_rng(6))
+    other = Spread(spread.building, Scenario(), np.random.default_rng(6))
     assert not np.array_equal(spread.delays.data, other.delays.data)
 
 

@@ -221,7 +221,7 @@ def test_fresh_delays_are_distributed_like_what_is_left_of_the_old(lane):
     empty = np.zeros(0, dtype=int), np.zeros((0, 2))
     while len(came) < 200:
         world = world_with_people_at(building, scenario, *empty, rng)
-        Spread(building, rng).ignite(world.flames, source)
+        Spread(building, scenario, rng).ignite(world.flames, source)
         world.time, arrival = 12.0, world.flames.arrival
         if (arrival <= 12).sum() == 2 and arrival[0, 1, q] > 12:
             came.append(arrival[0, 1, q])
