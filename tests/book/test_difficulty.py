@@ -262,6 +262,21 @@ def test_a_way_gets_as_much_longer_as_its_room_has_become_smaller(half):
     assert lost(building, cells)[0] == pytest.approx(half / 4)
 
 
+@pytest.mark.paper("F11")
+def test_ways_open_again_when_the_scenarios_flames_have_burnt_out():
+    """All that burns for good from the start is the hardest fire."""
+    building = built(TWO_ROOMS)
+    at_once = np.zeros(building.kind.shape)
+    people = np.ones(len(building.areas))
+    found = [
+        difficulty(building, at_once, people, Scenario(burn_seconds=seconds))
+        for seconds in (10, BURN_SECONDS, 1_000_000)
+    ]
+    assert found == sorted(set(found))
+    assert found[1] == difficulty(building, at_once, people)
+    assert found[2] == pytest.approx(hardest())
+
+
 # -- Who is there -------------------------------------------------------------------
 
 

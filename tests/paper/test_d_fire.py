@@ -345,6 +345,32 @@ def test_one_border_in_eleven_carries_no_flames(spread):
 
 
 @pytest.mark.paper("D7", "chosen")
+def test_how_fast_flames_spread_and_how_long_they_burn_is_the_scenarios():
+    """Twice the rate halves every delay; what burns long lets more borders pass."""
+    building = shipped("tiny")
+
+    def delays(**fire):
+        rng = np.random.default_rng(5)
+        return Spread(building, Scenario(**fire), rng).delays
+
+    usual = delays(burn_seconds=1_000_000)
+    twice = delays(spread_rate=2 * paper.SPREAD_RATE, burn_seconds=1_000_000)
+    np.testing.assert_allclose(twice.toarray(), usual.toarray() / 2)
+    short = delays(burn_seconds=10)
+    assert short.data.max() < 10
+    assert short.nnz < delays().nnz < usual.nnz
+
+
+@pytest.mark.paper("D7", "chosen")
+@pytest.mark.parametrize("burn_seconds", [5, 1_000_000])
+def test_a_cell_burns_for_as_long_as_the_scenario_says(burn_seconds):
+    """For good, if that is longer than an evacuation."""
+    sim = stage("#p.*...E", still="p", burn_seconds=burn_seconds)
+    assert play(sim, 4) == "#p.*...E"
+    assert play(sim, 60) == ("#p.,...E" if burn_seconds == 5 else "#p.*...E")
+
+
+@pytest.mark.paper("D7", "chosen")
 def test_ash_is_never_lit_again():
     """Neither by flames beside it nor by a source [D6]."""
     sim = stage("#.*...pE", still="p")
