@@ -85,24 +85,25 @@ class Spread:
     """How flames spread and burn out in one run: first passage [D7, chosen].
 
     Every border between two cells has a fixed, seeded delay; a cell burns from the
-    earliest time that a chain of delays from any source reaches it, for BURN_SECONDS.
+    earliest time that a chain of delays from any source reaches it, for burn_seconds.
     Borders with a longer delay carry no flames: this is bond percolation.
     """
 
-    def __init__(self, building: Building, rng: Rng):
+    def __init__(self, building: Building, scenario: Scenario, rng: Rng):
         """delays: (places, places) s, of each border that flames of `burnable` pass.
 
         The last digit of few delays belongs to the platform: see `simulation`.
         """
         self.building = building
+        self.burn_seconds = scenario.burn_seconds
         burns = burnable(building)
         east = np.flatnonzero(burns & shifted(burns, 0, 1))
         south = np.flatnonzero(burns & shifted(burns, 1, 0))
         one = np.concatenate([east, south])
         other = np.concatenate([east + 1, south + burns.shape[2]])
-        delay = rng.exponential(1 / paper.SPREAD_RATE, len(one))
+        delay = rng.exponential(1 / scenario.spread_rate, len(one))
 
-        passes = delay < paper.BURN_SECONDS
+        passes = delay < self.burn_seconds
         one = one[passes]
         other = other[passes]
         delays = np.tile(delay[passes], 2)
@@ -121,7 +122,7 @@ class Spread:
 
         Returns when the next cell will begin or end to burn (s).
         """
-        ends = flames.arrival + paper.BURN_SECONDS
+        ends = flames.arrival + self.burn_seconds
         flames.ash = ends <= time
         flames.burning = (flames.arrival <= time) & ~flames.ash
         flames.alight = frozenset(np.flatnonzero(flames.burning).tolist())

@@ -6,9 +6,9 @@ Stated numbers carry only their clause; chosen ones and deviations say why they 
 what they are.
 """
 
-from dataclasses import dataclass, field
-from math import inf
-from numbers import Integral
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any
 
@@ -220,8 +220,46 @@ class InputError(ValueError):
 
 
 MOST = 10_000  # [B8, chosen] people, robots of a floor, sources: more would not fit
+LONGEST = 1_000_000  # seconds: eleven days, longer than anything here
+
+
+def numbers() -> dict[str, Any]:
+    """Collect the numbers above by name, as they are now; not the tables."""
+    kinds = (int, float, tuple)
+    return {
+        name: value
+        for name, value in globals().items()
+        if name.isupper() and isinstance(value, kinds)
+    }
+
 
 # -- One experiment -----------------------------------------------------------------
+
+
+def limited(low: float, high: float, unit: str, default: Callable[[], float]) -> Any:
+    """Declare a number of a scenario, from low to high; default: read when one is made.
+
+    unit: what it counts, also for people who ask which numbers there are
+    """
+    limits = {"low": low, "high": high, "unit": unit}
+    return field(default_factory=default, metadata=limits)
+
+
+def refuse_beyond(name: str, value: Any, row: Any) -> None:
+    """Raise InputError unless a value is a number that a `limited` field can hold.
+
+    name: of the value;  row: the field
+    """
+    whole = row.type is int
+    low = row.metadata["low"]
+    high = row.metadata["high"]
+    number = isinstance(value, Integral if whole else Real)
+    if isinstance(value, bool) or not number or not low <= value <= high:
+        kind = "whole number" if whole else "number"
+        raise InputError(
+            f"{name} is {value!r:.60}: it must be a {kind} from {low:,} to {high:,} "
+            f"{row.metadata['unit']}"
+        )
 
 
 @dataclass(frozen=True)
@@ -232,33 +270,44 @@ class Scenario:
     numbers above are read when a scenario is made, not when this class is.
     """
 
-    # people: spread evenly over the floors [B8]; per floor: instead, lowest first
-    people: int = field(default_factory=lambda: PEOPLE)
-    people_per_floor: tuple[int, ...] | None = None
+    # spread evenly over the floors [B8]
+    people: int = limited(0, MOST, "people", lambda: PEOPLE)
+    people_per_floor: tuple[int, ...] | None = None  # instead, lowest first
     rooms: tuple[str, ...] = ()  # ids of rooms to start in ("1/hall"); empty: anywhere
-    robots_per_floor: int = field(default_factory=lambda: ROBOTS_PER_FLOOR)  # [C2]
-    sources: int = field(default_factory=lambda: FIRE_SOURCES)  # at most [C2]
+    robots_per_floor: int = limited(0, MOST, "robots", lambda: ROBOTS_PER_FLOOR)  # [C2]
+    sources: int = limited(0, MOST, "fires at most", lambda: FIRE_SOURCES)  # [C2]
     training: bool = False  # rule D6: no fire on an occupied place (else on another)
-    time_limit: float = 240.0  # s: people inside then are neither saved nor dead
-    sight_range: float = field(default_factory=lambda: SIGHT_RANGE)  # metres [B2]
-    frames_per_tick: int = field(default_factory=lambda: FRAMES_PER_TICK)
+    # people inside then are neither saved nor dead; sight [B2]
+    time_limit: float = limited(0.1, LONGEST, "seconds", lambda: 240.0)
+    sight_range: float = limited(
+        1, MOST, "metres in smoke", lambda: SIGHT_RANGE
+    )  # [B2]
+    # of flames [D7]: from cell to cell, and in one cell
+    spread_rate: float = limited(
+        0.001, 100, "ignitions per second and border of cells", lambda: SPREAD_RATE
+    )
+    burn_seconds: float = limited(1, LONGEST, "seconds in flames", lambda: BURN_SECONDS)
+    frames_per_tick: int = limited(
+        1, MOST_FRAMES_PER_TICK, "frames of 1/50 s", lambda: FRAMES_PER_TICK
+    )
     # rounded to ticks; the fire's decisions follow [D2]
-    decision_seconds: float = field(default_factory=lambda: DECISION_SECONDS)
+    decision_seconds: float = limited(
+        0.02, LONGEST, "seconds between decisions", lambda: DECISION_SECONDS
+    )
 
     def __post_init__(self) -> None:
-        counts = [self.people, self.robots_per_floor, self.sources]
-        counts += self.people_per_floor or ()
-        whole = all(isinstance(count, Integral) for count in counts)
-        if not (whole and 0 <= min(counts) <= max(counts) <= MOST):
-            raise InputError(f"people, robots, sources are whole, 0 to {MOST:,}")
+        rows = {row.name: row for row in fields(self) if row.metadata}
+        for name, row in rows.items():
+            refuse_beyond(name, getattr(self, name), row)
+        for count in self.people_per_floor or ():
+            refuse_beyond("one of people_per_floor", count, rows["people"])
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
-        if not 1 <= self.frames_per_tick <= MOST_FRAMES_PER_TICK:
-            raise InputError(f"a tick is 1 to {MOST_FRAMES_PER_TICK} frames")
-        if not self.tick <= self.decision_seconds < inf:
-            raise InputError("decisions are a tick or more apart, and not for ever")
-        if not (self.time_limit > 0 and self.sight_range >= 1):
-            raise InputError("time limit > 0 s, sight >= 1 m")
+        if self.decision_seconds < self.tick:
+            raise InputError(
+                f"decision_seconds is {self.decision_seconds:g}: it must be a tick or "
+                f"more, {self.tick:g} seconds"
+            )
         ticks = round(self.decision_seconds / self.tick)
         object.__setattr__(self, "decision_seconds", ticks * self.tick)
         object.__setattr__(self, "rooms", tuple(self.rooms))

@@ -94,7 +94,7 @@ class Simulation:
         self.fire_strategy: FireStrategy = fire or NoFire()
         self.algorithm = RobotAlgorithm()
         self.generator = Generator(building, self.scenario, self.rng["elsewhere"])
-        self.spread = Spread(building, self.rng["flames"])
+        self.spread = Spread(building, self.scenario, self.rng["flames"])
         if world is None:
             world = starting_world(building, self.scenario, self.rng["people"])
             if isinstance(self.robot_strategy, NoRobots):

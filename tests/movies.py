@@ -530,7 +530,7 @@ def as_drawn(floors, building, scenario, rng):
     world.burnt = {int(building.landmark[cell]) for cell in found(floors, ":")}
     for floor, row, col in found(floors, "*,"):
         ash = floors[floor][row][col] == ","
-        world.flames.arrival[floor, row, col] = -paper.BURN_SECONDS if ash else 0.0
+        world.flames.arrival[floor, row, col] = -scenario.burn_seconds if ash else 0.0
         world.flames.sources.append(FireLit(0.0, floor, *building.metres(row, col)))
-    Spread(building, rng).advance(world.flames, 0.0)
+    Spread(building, scenario, rng).advance(world.flames, 0.0)
     return world

@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import dijkstra
 from reference import former_names, paper
 from reference.building import Building, distance
 from reference.fire import burnable, cells_around_clearance
+from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.world import World
 
@@ -42,11 +43,17 @@ def moments() -> np.ndarray:
     return np.arange(count) * paper.FLAME_SECONDS
 
 
-def difficulty(building: Building, arrival: np.ndarray, people: np.ndarray) -> float:
+def difficulty(
+    building: Building,
+    arrival: np.ndarray,
+    people: np.ndarray,
+    scenario: Scenario | None = None,
+) -> float:
     """Compute h, the share of their ways out that people lose [F11, chosen].
 
-    arrival  (floors, rows, cols) seconds when each cell begins to burn, inf for never
-    people   (areas,) how many start in each area
+    arrival   (floors, rows, cols) seconds when each cell begins to burn, inf for never
+    people    (areas,) how many start in each area
+    scenario  says for how long a cell burns
 
     h = hardest · √x, where x is the share of ways out that the fire takes, a mean over
 
@@ -67,11 +74,14 @@ def difficulty(building: Building, arrival: np.ndarray, people: np.ndarray) -> f
     count = len(moments())
     time = np.arange(count + 1) / count
     health_left = -np.diff((1 - time) ** 2)  # sums to 1
-    lost = health_left @ ways_lost(building, arrival) @ to_walk
+    burn_seconds = (scenario or Scenario()).burn_seconds
+    lost = health_left @ ways_lost(building, arrival, burn_seconds) @ to_walk
     return hardest() * sqrt(min(lost, 1.0))
 
 
-def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
+def ways_lost(
+    building: Building, arrival: np.ndarray, burn_seconds: float
+) -> np.ndarray:
     """Compute the share of its way out that each area has lost, (moments, areas) [F11].
 
     A way that grows from d0 to d has lost 1 - d0/d: nothing if it is as before, half
@@ -86,10 +96,10 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
     links = _links(building)
 
     # what flames do to links, (moments, k)
-    free = _free(building, arrival)[:, links.area]
+    free = _free(building, arrival, burn_seconds)[:, links.area]
     longer = np.full(free.shape, inf)
     np.divide(links.metres, free, out=longer, where=free > 0)
-    shut = _shut(building, arrival)
+    shut = _shut(building, arrival, burn_seconds)
     burns = np.isin(links.area, building.area[burnable(building)])
     longer[(shut[:, links.start] | shut[:, links.end]) & burns] = inf
 
@@ -206,13 +216,14 @@ def _ways_by_area(building: Building) -> np.ndarray:
 # -- What flames do to it -----------------------------------------------------------
 
 
-def _free(building: Building, arrival: np.ndarray) -> np.ndarray:
+def _free(building: Building, arrival: np.ndarray, burn_seconds: float) -> np.ndarray:
     """Share of each area's cells that do not burn, (moments, areas)."""
     cells = (arrival[area.floor, *area.cells.T] for area in building.areas)
-    return np.stack([1 - _burning(some).mean(axis=1) for some in cells], axis=1)
+    burning = (_burning(some, burn_seconds) for some in cells)
+    return np.stack([1 - some.mean(axis=1) for some in burning], axis=1)
 
 
-def _shut(building: Building, arrival: np.ndarray) -> np.ndarray:
+def _shut(building: Building, arrival: np.ndarray, burn_seconds: float) -> np.ndarray:
     """Find landmarks that are shut, (moments, nodes) bool."""
     areas = len(building.areas)
     nodes = areas + len(building.landmarks)
@@ -220,16 +231,17 @@ def _shut(building: Building, arrival: np.ndarray) -> np.ndarray:
     for node, mark in enumerate(building.landmarks, areas):
         own = (building.landmark == mark.index) & burnable(building)
         if own.any():
-            shut[:, node] = _burning(arrival[own]).any(axis=1)
+            shut[:, node] = _burning(arrival[own], burn_seconds).any(axis=1)
         elif len(around := cells_around_clearance(building, mark.index)):
-            shut[:, node] = _burning(arrival.flat[around]).all(axis=1)
+            burning = _burning(arrival.flat[around], burn_seconds)
+            shut[:, node] = burning.all(axis=1)
     return shut
 
 
-def _burning(arrival: np.ndarray) -> np.ndarray:
+def _burning(arrival: np.ndarray, burn_seconds: float) -> np.ndarray:
     """Find which of k cells burn, (moments, k) bool; arrival: (k,) s [D7]."""
     since = moments()[:, None] - arrival
-    return (since >= 0) & (since < paper.BURN_SECONDS)
+    return (since >= 0) & (since < burn_seconds)
 
 
 __getattr__ = former_names(__name__, {"HARDEST": "hardest()"})

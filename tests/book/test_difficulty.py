@@ -69,7 +69,7 @@ def room(building, name):
 
 def lost(building, cells):
     """(areas,) share of its way out that each area has lost while these burn."""
-    return ways_lost(building, burning(building, cells))[0]
+    return ways_lost(building, burning(building, cells), BURN_SECONDS)[0]
 
 
 # -- What F11 asks ------------------------------------------------------------------
@@ -111,7 +111,8 @@ SECONDS = st.floats(0, 150)
 def fires(draw):
     """A building, how flames spread in it, and some sources."""
     building = shipped(draw(st.sampled_from(FLOORS)))
-    spread = Spread(building, np.random.default_rng(draw(st.integers(0, 99))))
+    rng = np.random.default_rng(draw(st.integers(0, 99)))
+    spread = Spread(building, Scenario(), rng)
     cells = np.argwhere(building.kind == Kind.FLOOR)
     places = draw(st.lists(st.integers(0, len(cells) - 1), min_size=1, max_size=5))
     sources = []
@@ -222,7 +223,7 @@ def test_a_room_wholly_inside_a_clearance_is_never_shut():
     building = built("#....+....E")
     hall, porch = (a.index for a in building.rooms(0))
     everything = burning(building, burnable(building))
-    shut = ways_lost(building, everything)[0]
+    shut = ways_lost(building, everything, BURN_SECONDS)[0]
     assert shut[[hall, porch]].tolist() == [1, 0]
     assert h_of(building, everything) < hardest()
 
@@ -259,6 +260,21 @@ def test_a_way_gets_as_much_longer_as_its_room_has_become_smaller(half):
     building = built("#....E")
     cells = (building.area >= 0) & (np.arange(6) > 4 - half)
     assert lost(building, cells)[0] == pytest.approx(half / 4)
+
+
+@pytest.mark.paper("F11")
+def test_ways_open_again_when_the_scenarios_flames_have_burnt_out():
+    """All that burns for good from the start is the hardest fire."""
+    building = built(TWO_ROOMS)
+    at_once = np.zeros(building.kind.shape)
+    people = np.ones(len(building.areas))
+    found = [
+        difficulty(building, at_once, people, Scenario(burn_seconds=seconds))
+        for seconds in (10, BURN_SECONDS, 1_000_000)
+    ]
+    assert found == sorted(set(found))
+    assert found[1] == difficulty(building, at_once, people)
+    assert found[2] == pytest.approx(hardest())
 
 
 # -- Who is there -------------------------------------------------------------------

@@ -205,7 +205,7 @@ def test_a_place_where_somebody_died_is_free(fate):
 @pytest.fixture(scope="module")
 def spread():
     """How flames would spread in the paper's building, with one seed."""
-    return Spread(shipped("paper"), np.random.default_rng(5))
+    return Spread(shipped("paper"), Scenario(), np.random.default_rng(5))
 
 
 ONE, OTHER = FireLit(0.0, 0, -10.5, 5.5), FireLit(20.0, 0, 3.5, -8.5)
@@ -304,7 +304,7 @@ def test_the_rim_of_a_clearance_is_what_flames_must_fill_to_close_it():
 def test_delays_are_the_same_both_ways_and_differ_by_seed(spread):
     """A border has one delay, fixed for the run."""
     assert (spread.delays != spread.delays.T).nnz == 0
-    other = Spread(spread.building, np.random.default_rng(6))
+    other = Spread(spread.building, Scenario(), np.random.default_rng(6))
     assert not np.array_equal(spread.delays.data, other.delays.data)
 
 
@@ -342,6 +342,32 @@ def test_one_border_in_eleven_carries_no_flames(spread):
     carried = spread.delays.nnz / 2 / (rows.sum() + cols.sum())
     expected = 1 - exp(-paper.SPREAD_RATE * paper.BURN_SECONDS)
     assert carried == pytest.approx(expected, abs=0.02)
+
+
+@pytest.mark.paper("D7", "chosen")
+def test_how_fast_flames_spread_and_how_long_they_burn_is_the_scenarios():
+    """Twice the rate halves every delay; what burns long lets more borders pass."""
+    building = shipped("tiny")
+
+    def delays(**fire):
+        rng = np.random.default_rng(5)
+        return Spread(building, Scenario(**fire), rng).delays
+
+    usual = delays(burn_seconds=1_000_000)
+    twice = delays(spread_rate=2 * paper.SPREAD_RATE, burn_seconds=1_000_000)
+    np.testing.assert_allclose(twice.toarray(), usual.toarray() / 2)
+    short = delays(burn_seconds=10)
+    assert short.data.max() < 10
+    assert short.nnz < delays().nnz < usual.nnz
+
+
+@pytest.mark.paper("D7", "chosen")
+@pytest.mark.parametrize("burn_seconds", [5, 1_000_000])
+def test_a_cell_burns_for_as_long_as_the_scenario_says(burn_seconds):
+    """For good, if that is longer than an evacuation."""
+    sim = stage("#p.*...E", still="p", burn_seconds=burn_seconds)
+    assert play(sim, 4) == "#p.*...E"
+    assert play(sim, 60) == ("#p.,...E" if burn_seconds == 5 else "#p.*...E")
 
 
 @pytest.mark.paper("D7", "chosen")

@@ -1,5 +1,6 @@
 """The numbers: as printed where the appendix states them, else recomputed."""
 
+import json
 from math import inf, nan
 
 import pytest
@@ -7,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reference import paper
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 
 TABLES = """
 trainer type            poca      ppo
@@ -119,6 +120,15 @@ def test_refuses_a_scenario_for_another_number_of_floors():
         Scenario(people_per_floor=(1, 2)).start_counts(3)
 
 
+SECONDS_AND_METRES = (
+    "time_limit",
+    "sight_range",
+    "spread_rate",
+    "burn_seconds",
+    "decision_seconds",
+)
+
+
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -134,14 +144,42 @@ def test_refuses_a_scenario_for_another_number_of_floors():
         {"rooms": ("1/hall",), "people_per_floor": (1, 0, 0)},
         {"decision_seconds": 0.1},
         {"decision_seconds": inf},
-        *({name: nan} for name in ("time_limit", "sight_range", "decision_seconds")),
+        {"sight_range": "far"},
+        {"people": True},
+        {"spread_rate": 0},
+        {"spread_rate": -0.06},
+        {"burn_seconds": 0.5},
+        {"burn_seconds": "long"},
+        *({name: nan} for name in SECONDS_AND_METRES),
+        *({name: inf} for name in SECONDS_AND_METRES),
     ],
     ids=lambda wrong: next(iter(wrong)),
 )
 def test_refuses_numbers_that_make_no_sense(wrong):
     """Before anything is built from them."""
-    with pytest.raises(ValueError):
+    with pytest.raises(InputError):
         Scenario(**wrong)
+
+
+def test_says_which_number_makes_no_sense_and_what_would():
+    """By the field's name, with range and unit."""
+    flames = "ignitions per second and border of cells"
+    told = f"spread_rate is 0: it must be a number from 0.001 to 100 {flames}"
+    with pytest.raises(InputError, match=f"^{told}$"):
+        Scenario(spread_rate=0)
+    told = "one of people_per_floor is -1: it must be a whole number from 0 to 10,000"
+    with pytest.raises(InputError, match=told):
+        Scenario(people_per_floor=(3, -1))
+
+
+def test_numbers_are_by_name_as_they_are_now(monkeypatch):
+    """Points too; no tables, and nothing that is no number."""
+    monkeypatch.setattr(paper, "HEALTH", 50.0)
+    now = paper.numbers()
+    assert (now["HEALTH"], now["PEOPLE"]) == (50.0, 40)
+    assert now["WORST_POINT"] == paper.WORST_POINT
+    assert not {"TABLE_I", "TABLE_II"} & {*now}
+    assert json.loads(json.dumps(now)).keys() == now.keys()
 
 
 @pytest.mark.paper("F8")

@@ -89,7 +89,7 @@ def test_a_full_disk_leaves_the_last_good_checkpoint_as_it_was(checkpoint, path)
 # -- Refusals -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("part", [0.0, 0.5, 0.99])
+@pytest.mark.parametrize("part", [0.0, 0.5, 0.98])
 def test_refuses_a_file_that_was_cut_off_or_has_a_wrong_bit(path, part):
     """Torch does not look at the archive's check sums; we do."""
     content = path.read_bytes()
@@ -227,9 +227,9 @@ def test_a_fire_that_learned_against_robots_can_burn_without_any(path):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"people": 7}, "learned with 6 people; here it is 7"),
-        ({"robots_per_floor": 1}, "learned with 4 robots; here it is 2"),
-        ({"decision_seconds": 1.0}, "learned with 5.0 seconds between decisions"),
+        ({"people": 7}, "learned with people=6; here it is 7"),
+        ({"robots_per_floor": 1}, "learned with robots_per_floor=2; here it is 1"),
+        ({"decision_seconds": 1.0}, "learned with decision_seconds=5; here it is 1"),
     ],
 )
 def test_refuses_a_scenario_that_its_network_cannot_read(path, changes, message):

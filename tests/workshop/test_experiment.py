@@ -90,6 +90,28 @@ def whole(tmp_path_factory):
 # -- Jobs ---------------------------------------------------------------------------
 
 
+def test_an_experiment_goes_on_with_the_numbers_it_began_with(whole, monkeypatch):
+    """What is made with others is refused, and what is half made fails."""
+    experiment = small()
+    kept = training_folders(experiment, whole)["learning-3"] / "training.json"
+    assert json.loads(kept.read_text())["numbers"]["ROBOT_SPEED"] == 1.5
+    monkeypatch.setattr(paper, "ROBOT_SPEED", 0.5)
+    told = r"training\.json: was begun with ROBOT_SPEED=1.5 \(here 0.5\)"
+    with pytest.raises(InputError, match=told):
+        finish_trainings(experiment, whole, InProcess())
+    with pytest.raises(InputError, match=r"evaluation\.json: was begun with ROBOT"):
+        play_tests(experiment, whole, InProcess())
+    job = experiment.trainings["learning-3"], str(kept.parent)
+    assert "was begun with ROBOT_SPEED=1.5" in train_in(job)
+
+
+def test_an_arm_may_learn_under_another_scenario_than_the_tests():
+    """By the same keys as everywhere; what its policy reads stays the same."""
+    experiment = small(arms={"learning": {"scenario": {"sight_range": 8}}})
+    assert experiment.trainings["learning-3"].settings.scenario.sight_range == 8
+    assert experiment.arena.scenario.sight_range == Scenario().sight_range
+
+
 def test_what_is_made_is_not_made_again(whole):
     """No job is submitted."""
     before = tables(whole)
@@ -383,7 +405,14 @@ def test_the_files_that_ship_can_be_read(file):
         ({"arms": {"a": {"fire": "bussiest"}}}, "Did you mean 'busiest'"),
         ({"arms": {"learning": {"fire": []}}}, "arms: learning: fire names nobody"),
         ({"arms": {"a": {"robots": {"gama": 1}}}}, "Did you mean 'gamma'"),
-        ({"arms": {"a": {"scenario": {}}}}, "scenario is everybody's"),
+        (
+            {"arms": {"learning": {"scenario": {"sihgt_range": 8}}}},
+            "arms: learning: scenario: 'sihgt_range' is unknown. Did you mean 'sight_r",
+        ),
+        (
+            {"arms": {"learning": {"scenario": {"people": 7}}}},
+            "arms: learning: its robots learned with people=7; here it is 6. Take the",
+        ),
         ({"arms": {"a": {"preset": "paper"}}}, "preset stands at the top"),
         ({"arms": {"a": {"robots": {"max_steps": 9}}}}, "follows from `decisions`"),
         ({"arms": {"a": {"fire": "random", "random_fires": 0.5}}}, "needs a fire that"),
@@ -392,7 +421,7 @@ def test_the_files_that_ship_can_be_read(file):
         ({"arms": {"a": {"imitation_rounds": 5}}}, "leave out imitation_rounds"),
         (
             {"settings": {"scenario": {"sources": 10**12}}},
-            "whole, 0 to 10,000",
+            "sources is 10+: it must be a whole number from 0 to 10,000 fires",
         ),
         ({"decisions": 0}, "decisions is 0: it must be a whole number from 1 upwards"),
         ({"seeds": [-1]}, "upwards"),
@@ -400,7 +429,10 @@ def test_the_files_that_ship_can_be_read(file):
         ({"test": {"robots": ["sweep", "sweep"]}}, "robots: name each once"),
         ({"test": {"fires": []}}, "fires: name at least one"),
         ({"test": {"seed": -1}}, "seed is -1: it must be a whole number from 0 upw"),
-        ({"settings": {"scenario": {"time_limit": float("nan")}}}, "must be a number$"),
+        (
+            {"settings": {"scenario": {"time_limit": float("nan")}}},
+            "must be a number fr",
+        ),
         ({"test": {"episodes": 10**12}}, "seed 5000 on: ask for 1 to 1,000,000"),
         ({"test": {"fires": ["learned"]}}, "has learned in Institute"),
         ({"compare": [["learning"]]}, "compare: name two"),

@@ -223,7 +223,7 @@ def test_a_policy_brings_the_building_and_scenario_that_it_has_learned_in(mine, 
     status, message = refusal(capsys, *match, "--building", "museum")
     assert (status, "it has learned in Tiny office" in message) == (1, True)
     status, message = refusal(capsys, *match, "--people", "6")
-    assert (status, "its robots learned with 5 people" in message) == (1, True)
+    assert (status, "its robots learned with people=5" in message) == (1, True)
     status, message = refusal(capsys, *match, "--sample")
     assert (status, "--sample goes with a checkpoint" in message) == (2, True)
 

@@ -210,6 +210,21 @@ def test_another_future_has_the_same_past_and_draws_the_rest_anew():
 
 @pytest.mark.paper("D7", "chosen")
 @pytest.mark.usefixtures("unprotected")
+@pytest.mark.parametrize("burn_seconds", [40, 1_000_000])
+def test_what_burns_for_longer_may_light_its_neighbours_for_longer(burn_seconds):
+    """Imagined fires last as long as the scenario's."""
+    sim = stage("#*...pE", still="p", burn_seconds=burn_seconds)
+    sim.world.time = 50.0
+    futures = [
+        another_future(sim.world, sim.scenario, NoRobots(), NoFire(), seed)
+        for seed in range(20)
+    ]
+    reached = {bool(np.isfinite(f.world.flames.arrival[0, 1, 2])) for f in futures}
+    assert reached == {burn_seconds > 50}
+
+
+@pytest.mark.paper("D7", "chosen")
+@pytest.mark.usefixtures("unprotected")
 @pytest.mark.parametrize("lane", ["#.pq..E", "#p+q..E"])
 def test_fresh_delays_are_distributed_like_what_is_left_of_the_old(lane):
     """A delay that is not over forgets how long it has lasted, a door's too."""
@@ -221,7 +236,7 @@ def test_fresh_delays_are_distributed_like_what_is_left_of_the_old(lane):
     empty = np.zeros(0, dtype=int), np.zeros((0, 2))
     while len(came) < 200:
         world = world_with_people_at(building, scenario, *empty, rng)
-        Spread(building, rng).ignite(world.flames, source)
+        Spread(building, scenario, rng).ignite(world.flames, source)
         world.time, arrival = 12.0, world.flames.arrival
         if (arrival <= 12).sum() == 2 and arrival[0, 1, q] > 12:
             came.append(arrival[0, 1, q])

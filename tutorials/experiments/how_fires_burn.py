@@ -2,37 +2,37 @@
 
     python tutorials/experiments/how_fires_burn.py --spread 0.08 --burns 40
 
-Per cent of people saved, and the robots' reward R, with other constants than those of
+Per cent of people saved, and the robots' reward R, with other numbers than those of
 `reference.paper`, on the same evacuations of the paper's building.
 """
 
 from argparse import ArgumentParser
 from itertools import product
-from unittest.mock import patch
 
 import numpy as np
 
-from reference import Simulation, load, paper
+from reference import Scenario, Simulation, load
 from reference.workshop.lockstep import run_in_lockstep
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES, ROBOTS
 
 if __name__ == "__main__":
     parser = ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--spread", type=float, default=paper.SPREAD_RATE)
-    parser.add_argument("--burns", type=float, default=paper.BURN_SECONDS)
+    usual = Scenario()
+    parser.add_argument("--spread", type=float, default=usual.spread_rate)
+    parser.add_argument("--burns", type=float, default=usual.burn_seconds)
     parser.add_argument("--episodes", type=int, default=24, metavar="N")
     parser.add_argument("--seed", type=int, default=98_001, metavar="N")
     parser.add_argument("--robots", nargs="+", default=["none", "sweep", "escort"])
     parser.add_argument("--fire", nargs="+", default=["random", "busiest", "fixed"])
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.episodes)
-    values = {"SPREAD_RATE": asked.spread, "BURN_SECONDS": asked.burns}
-    with patch.multiple(paper, **values), one_thread():
+    scenario = Scenario(spread_rate=asked.spread, burn_seconds=asked.burns)
+    with one_thread():
         for robots, fire in product(asked.robots, asked.fire):
             sides = [(ROBOTS[robots](), FIRES[fire]()) for _ in seeds]
             runs = [
-                Simulation(load("paper"), None, *both, seed)
+                Simulation(load("paper"), scenario, *both, seed)
                 for both, seed in zip(sides, seeds, strict=True)
             ]
             run_in_lockstep(runs)

@@ -24,6 +24,7 @@ from reference.workshop.comparing.named import DESCRIPTIONS, describe
 from reference.workshop.measuring.crowding import Crowding
 from reference.workshop.measuring.recording import recording, ticks
 from reference.workshop.storage.runs import ContradictionError
+from reference.workshop.storage.scenarios import list_keys
 from reference.workshop.storage.workers import workers
 from reference.workshop.strategies import LEARNED
 
@@ -87,6 +88,7 @@ def strategies(arguments: Namespace) -> None:
     "evacuate --robots none sweep --animate both.html",
     options.BUILDING,
     options.PEOPLE_OPTION,
+    options.SCENARIO,
     options.player("robots", "default: sweep", default=["sweep"], nargs="+"),
     options.player("fire", "default: random", default=["random"], nargs="+"),
     options.number("--episodes", 1, EPISODES_HELP, default=1),
@@ -105,7 +107,7 @@ def strategies(arguments: Namespace) -> None:
     ),
     options.SEED,
     options.JSON,
-    end=options.list_players(),
+    end=options.list_players() + "\n" + list_keys(),
 )
 def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells how many get out."""

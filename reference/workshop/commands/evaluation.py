@@ -16,6 +16,7 @@ from reference.workshop.comparing.runs import RunResult
 from reference.workshop.storage.files import write_json
 from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import ContradictionError, refuse_options
+from reference.workshop.storage.scenarios import kept_fields, list_keys
 
 NO_BASELINE = (
     "no E on a baseline of this building: name a scripted guide among --robots, such "
@@ -30,6 +31,7 @@ NO_BASELINE = (
     options.player("fire", "default: random", nargs="+"),
     options.BUILDING,
     options.PEOPLE_OPTION,
+    options.SCENARIO,
     options.number(
         "--episodes", 1, f"of each pair; default: {matches.DEFAULT_EPISODES}"
     ),
@@ -46,7 +48,7 @@ NO_BASELINE = (
     ),
     options.SEED,
     options.JSON,
-    end=options.list_players(),
+    end=options.list_players() + "\n" + list_keys(),
 )
 def evaluate(arguments: Namespace) -> None:
     """Plays all robots against all fires: survival, reward R, difficulty h, score E."""
@@ -65,6 +67,8 @@ def evaluate(arguments: Namespace) -> None:
             told = f"--baseline {baseline}: add it to --robots."
             raise ContradictionError(told + did_you_mean(baseline, evaluation.robots))
         print_note(evaluation.about())
+        for line in matches.notes(evaluation):
+            print_note(line)
         played = runs.play_evaluation(evaluation, out, executor)
         _print_and_keep(arguments, evaluation, played)
 
@@ -76,7 +80,9 @@ def _begin_or_resume(arguments: Namespace) -> Evaluation:
     fires = arguments.fire or ()
     if arguments.resume:
         begun = matches.resume_evaluation(arguments.out, robots, fires)
+        stated = asked.get("scenario", {})
         arena = {"building": begun.arena.building, "people": begun.arena.people}
+        arena["scenario"] = kept_fields(begun.arena.scenario, stated)
         refuse_options(asked, vars(begun) | arena)
         return begun
     return matches.begin_evaluation(robots or ["sweep"], fires or ["random"], **asked)

@@ -1,8 +1,15 @@
 """Declare commands: what argparse is told, and options that several of them have."""
 
 import os
-from argparse import SUPPRESS, ArgumentTypeError, Namespace
-from collections.abc import Callable, Sequence
+from argparse import (
+    SUPPRESS,
+    Action,
+    ArgumentError,
+    ArgumentParser,
+    ArgumentTypeError,
+    Namespace,
+)
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +22,8 @@ from reference.workshop.comparing.named import (
     Side,
     refuse_unknown,
 )
+from reference.workshop.storage.runs import ContradictionError
+from reference.workshop.storage.scenarios import read_stated
 from reference.workshop.strategies.own import CODE
 
 Option = tuple[list[str], dict[str, Any]]
@@ -106,6 +115,35 @@ def player(
     return option(f"--{side}", note, type=somebody, metavar="S", **told)
 
 
+class _Stated(Action):
+    """Collects KEY=VALUE words, of one option or several, as fields of a scenario."""
+
+    def __call__(
+        self,
+        parser: ArgumentParser,
+        namespace: Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """Refuse what no scenario can have."""
+        already = getattr(namespace, self.dest) or {}
+        try:
+            setattr(namespace, self.dest, read_stated(values, already))
+        except InputError as error:
+            raise ArgumentError(self, str(error)) from None
+
+
+def scenario(default: str) -> Option:
+    """Declare --scenario; default: what it changes."""
+    return option(
+        "--scenario",
+        f"such as sight_range=8 people=60, KEYs below; changes {default}",
+        action=_Stated,
+        nargs="+",
+        metavar="KEY=VALUE",
+    )
+
+
 def list_players() -> str:
     """List everybody who can play, with what they do."""
     rows = list[str]()
@@ -117,10 +155,20 @@ def list_players() -> str:
 
 def evaluation_options(arguments: Namespace) -> dict[str, Any]:
     """Collect what was asked for of an evaluation's place and runs, by name."""
-    names = ("building", "people", "seed", "episodes", "sample", "errors")
+    names = ("building", "people", "seed", "episodes", "sample", "errors", "scenario")
     asked = {name: getattr(arguments, name) for name in names}
+    _refuse_two_counts(arguments.people, arguments.scenario or {})
     # What was not typed is left to the checkpoint that plays, or to `begin`.
     return {name: value for name, value in asked.items() if value is not None}
+
+
+def _refuse_two_counts(people: int | None, stated: Mapping[str, Any]) -> None:
+    """Raise ContradictionError where --people and --scenario say different numbers."""
+    counted = "people_per_floor" in stated or stated.get("people", people) != people
+    if people is not None and counted:
+        raise ContradictionError(
+            "--people, --scenario: they count people differently. Leave one out."
+        )
 
 
 PICTURES = ".png, .svg, .pdf"
@@ -149,6 +197,7 @@ BUILDING = option(
     "which must agree, else paper and its scenario",
     metavar="MAP",
 )
+SCENARIO = scenario("the checkpoints', else the paper's")
 PEOPLE_HELP = f"default: the checkpoints', else {paper.PEOPLE}"
 PEOPLE_OPTION = number("--people", 1, PEOPLE_HELP, most=paper.MOST)
 SAMPLE = flag(

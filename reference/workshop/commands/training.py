@@ -18,6 +18,7 @@ from reference.workshop.commands.common import (
 from reference.workshop.comparing.named import PLAYER_NAMES, WORST
 from reference.workshop.storage.records import rows_of
 from reference.workshop.storage.runs import ContradictionError, refuse_options
+from reference.workshop.storage.scenarios import list_keys
 from reference.workshop.strategies import GUIDES
 from reference.workshop.strategies.own import CODE
 from reference.workshop.training.presets import PRESETS
@@ -50,6 +51,7 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
         metavar="FILE",
     ),
     options.building("tiny for preset tiny, else paper"),
+    options.scenario("the preset's or --settings'"),
     options.option(
         "--trainer",
         "of the robots; default: the preset's",
@@ -74,6 +76,7 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
     options.flag("--resume", "go on with the training in DIR, as it was begun"),
     options.SEED,
     options.JSON,
+    end=list_keys(),
 )
 def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
@@ -121,7 +124,8 @@ def _begin_or_resume(arguments: Namespace) -> Any:
     training = starting.resume_training(arguments.out)
     asked = {name: getattr(arguments, name) for name in starting.OPTIONS}
     instead = f"take --initialize-from {arguments.out} into another folder"
-    refuse_options(asked, starting.options_of(training.task), instead)
+    begun = starting.options_of(training.task, arguments.scenario or {})
+    refuse_options(asked, begun, instead)
     return training
 
 

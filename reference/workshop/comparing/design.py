@@ -16,6 +16,7 @@ What stands in such a file:
     [arms.adversary]              # further rows differ in this arm
     random_fires = 0.25           # share of rollout jobs with random fire
     robots.gamma = 0.98
+    scenario.sight_range = 8.0    # it learns under this; tests are as in [settings]
     [test]
     fires = ["none", "random", "adversary"]  # by name, or arms whose fire learned
     robots = ["none", "mine:Guide"]  # by name or your code, beside those that learned
@@ -37,7 +38,7 @@ from reference.learning.settings import SIDES, Row, Side
 from reference.workshop.comparing.matches import DEFAULT_EPISODES, Arena, Evaluation
 from reference.workshop.comparing.named import WORST, strategy_of
 from reference.workshop.maps import load
-from reference.workshop.storage.files import read_text
+from reference.workshop.storage.files import errors_naming, read_text
 from reference.workshop.storage.records import (
     SettingsError,
     check_rows,
@@ -47,6 +48,7 @@ from reference.workshop.storage.records import (
 )
 from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
 from reference.workshop.strategies.own import is_code
+from reference.workshop.strategies.trained import refuse_other_counts
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.policies import fixed_player
 from reference.workshop.training.presets import Settings, preset, with_rows
@@ -120,8 +122,14 @@ class Experiment:
         )
 
     def _refuse_players_that_misfit(self) -> None:
-        """Raise InputError for code or a network that cannot play in the tests."""
+        """Raise InputError for code, network or arm that cannot play in the tests."""
         building = self.arena.drawn
+        for name in self.arms:
+            settings, _ = self.arm(name)
+            with errors_naming(f"arms: {name}"):
+                refuse_other_counts(
+                    "robots", building, settings.scenario, self.arena.scenario
+                )
         words_of = zip(SIDES, (self.test.robots, self.test.fires), strict=True)
         for side, words in words_of:
             for word in words:
@@ -185,8 +193,6 @@ class Experiment:
             _refuse_unknown(f"{arm}: fire", fires, FIXED_FIRES)
             if "random_fires" in {**rows, **self.settings}:
                 raise SettingsError(f"{arm}: random_fires needs a fire that learns")
-        if "scenario" in rows:
-            raise SettingsError(f"{arm}: the scenario is everybody's: [settings]")
         return with_rows(self.base, rows, arm), fires
 
     @cached_property
@@ -194,9 +200,9 @@ class Experiment:
         """Every training by its name, such as "adversary-0" of an arm and a seed."""
         trainings = {}
         building = self.arena.drawn
-        scenario = self.arena.scenario
         for name in self.arms:
             settings, fires = self.arm(name)
+            scenario = settings.scenario
             players = tuple(
                 fixed_player(fire, "fire", building, scenario) for fire in fires
             )

@@ -20,11 +20,12 @@ from typing import Any
 from tqdm import tqdm
 
 import reference
+from reference import paper
 from reference.workshop.comparing.design import Experiment
 from reference.workshop.comparing.matches import Evaluation, with_digests
 from reference.workshop.comparing.runs import RunResult, play_evaluation
-from reference.workshop.storage.files import make_folder, write_json
-from reference.workshop.storage.runs import locked
+from reference.workshop.storage.files import make_folder, read_json, write_json
+from reference.workshop.storage.runs import locked, refuse_numbers
 from reference.workshop.storage.workers import InProcess, map_as_done, one_thread
 from reference.workshop.strategies import SHIPPED
 from reference.workshop.strategies.own import is_code
@@ -76,10 +77,13 @@ def finish_trainings(
 ) -> dict[str, str]:
     """Finish all trainings, on any number of workers; return which failed, and why.
 
-    [E6]
+    [E6] Raises InputError for trainings that were made with other numbers.
     """
     own = training_folders(experiment, folder)
     done = finished(experiment, folder)
+    for at in done.values():
+        path = at / DONE_FILE
+        refuse_numbers(path, read_json(path).get("numbers"))
     left = [name for name in own if name not in done]
     jobs = [(experiment.trainings[name], str(own[name])) for name in left]
     failed = dict[str, str]()
@@ -104,11 +108,11 @@ def train_in(job: tuple[Task, str]) -> str:
     folder = Path(path)
 
     def begin() -> Training:
-        return (
-            Training.resumed(load_checkpoint(folder))
-            if newest_checkpoint(folder)
-            else Training(task)
-        )
+        if not newest_checkpoint(folder):
+            return Training(task)
+        checkpoint = load_checkpoint(folder)
+        refuse_numbers(folder, checkpoint.numbers)
+        return Training.resumed(checkpoint)
 
     try:
         make_folder(folder)
@@ -122,7 +126,8 @@ def train_in(job: tuple[Task, str]) -> str:
             end = robots.settings.max_steps
             run_training(training, folder, InProcess(), lambda: robots.steps >= end)
         # last: it says that all is there
-        write_json(folder / DONE_FILE, training.facts())
+        facts = training.facts() | {"numbers": paper.numbers()}
+        write_json(folder / DONE_FILE, facts)
     except Exception as error:
         return f"{type(error).__name__}: {error}"
     return ""

@@ -9,7 +9,7 @@ its newest when the evaluation begins.
 import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -29,9 +29,12 @@ from reference.workshop.storage.records import checked_value, record_from
 from reference.workshop.storage.runs import (
     ContradictionError,
     digest_of,
+    other_numbers,
     refuse_changed,
+    refuse_numbers,
     refuse_version,
 )
+from reference.workshop.storage.scenarios import differing, in_words, with_stated
 from reference.workshop.strategies.own import is_code
 
 DEFAULT_EPISODES = 100
@@ -76,25 +79,6 @@ class Arena:
         names = [name for name in self.changes if name != "people"]  # told anyway
         under = f", {in_words(self.scenario, names)}" if names else ""
         return f"{self.drawn.title}, {self.people} people{under}"
-
-
-def differing(one: Scenario, other: Scenario) -> list[str]:
-    """Name the fields in which two scenarios differ, but for the rule of training."""
-    names = [field.name for field in fields(Scenario) if field.name != "training"]
-    return [name for name in names if getattr(one, name) != getattr(other, name)]
-
-
-def in_words(scenario: Scenario, names: Iterable[str]) -> str:
-    """Write fields of a scenario as sight_range=2, rooms=1/hall,1/store."""
-    words = []
-    for name in names:
-        value = getattr(scenario, name)
-        if isinstance(value, tuple):
-            shown = ",".join(map(str, value))
-        else:
-            shown = f"{value:g}" if isinstance(value, float) else str(value)
-        words.append(f"{name}={shown}")
-    return ", ".join(words)
 
 
 @dataclass(frozen=True)
@@ -199,8 +183,9 @@ def begin_evaluation(
     stated = dict(scenario or {})
     if people is not None:
         stated |= {"people": people, "people_per_floor": None}
-    common = replace(_scenario_of(learned, stated), **stated)
-    if not common.robots_per_floor and {*robots} != {"none"}:
+    common = with_stated(_scenario_of(learned, stated), stated, "scenario")
+    asked = "robots_per_floor" in stated
+    if not asked and not common.robots_per_floor and {*robots} != {"none"}:
         common = replace(common, robots_per_floor=paper.ROBOTS_PER_FLOOR)
     if policy and building is None:
         arena = Arena(policy.name, plan_of(policy.building), common)
@@ -248,7 +233,7 @@ def notes(evaluation: Evaluation) -> list[str]:
     """Say what a reader of the runs would not expect, a line each.
 
     That the drawing is not the one in the file of its name, and that a policy learned
-    under another scenario than the runs'. Raises as `strategy_named` does.
+    under another scenario or with other numbers. Raises as `strategy_named` does.
     """
     arena = evaluation.arena
     lines = []
@@ -263,6 +248,9 @@ def notes(evaluation: Evaluation) -> list[str]:
             here = in_words(arena.scenario, names)
             own = in_words(policy.scenario, names)
             lines.append(f"{option}: learned under {own}; here it plays under {here}")
+        numbers = other_numbers(policy.numbers)
+        if numbers:
+            lines.append(f"{option}: learned with {numbers}")
     return lines
 
 
@@ -294,14 +282,16 @@ def _digest_of_drawing(drawing: Drawing) -> str:
 
 
 def refuse_mixing(evaluation: Evaluation, folder: Path, played: set[str]) -> None:
-    """Raise InputError if a folder's runs are of other files under the same names.
+    """Raise InputError if a folder's runs are of other files or numbers by these names.
 
     played: the words of these runs; a word without runs may mean what it likes
     """
     path = folder / EVALUATION_FILE
     if not played or not path.exists():
         return
-    digests = read_json(path).get("digests", {})
+    content = read_json(path)
+    refuse_numbers(path, content.get("numbers"))
+    digests = content.get("digests", {})
     with errors_naming(path):
         begun = checked_value("digests", digests, Mapping[str, Mapping[str, str]])
         mixed = {word: begun[word] for word in begun if word in {*played, MAP}}
@@ -313,8 +303,8 @@ def resume_evaluation(
 ) -> Evaluation:
     """Resume the evaluation in a folder, with any further robots and fires.
 
-    Raises InputError if there is none or if it is another version's; else as
-    `begin_evaluation`.
+    Raises InputError if there is none or if it is another version's or was begun with
+    other numbers; else as `begin_evaluation`.
     """
     path = folder / EVALUATION_FILE
     if not path.exists():
@@ -324,6 +314,7 @@ def resume_evaluation(
         )
     content = read_json(path)
     refuse_version(path, content.pop("version", "unknown"), content.pop("game", 1))
+    refuse_numbers(path, content.pop("numbers", None))
     begun = record_from(Evaluation, content, str(path))
     with errors_naming(path):
         refuse_changed(begun.digests, with_digests(begun).digests)
@@ -373,7 +364,8 @@ def _refuse_misfits(learned: Mapping[str, Any], arena: Arena) -> None:
 def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
     """Write the evaluation into its folder, whole or not at all. Raises OSError.
 
-    Beside it stand version and game.
+    Beside it stand version, game and the paper's numbers.
     """
     head = {"version": reference.__version__, "game": reference.GAME}
+    head["numbers"] = paper.numbers()
     write_json(folder / EVALUATION_FILE, head | asdict(evaluation))

@@ -124,7 +124,8 @@ def play_runs(job: tuple[Evaluation, tuple[RunKey, ...]]) -> list[RunResult]:
 
 def _result(run: RunKey, simulation: Simulation, people: Any) -> RunResult:
     """Sum up a run that is over; people: those who were there at its beginning."""
-    h = difficulty(simulation.building, arrival_of(simulation), people)
+    arrival = arrival_of(simulation)
+    h = difficulty(simulation.building, arrival, people, simulation.scenario)
     out = [event.time for event in simulation.events if isinstance(event, Evacuated)]
     outcome = simulation.outcome()
     times = tuple(round(time, DECIMALS_WRITTEN) for time in sorted(out))

@@ -6,7 +6,7 @@ A record's fields are its rows; a `Row` says which values one may have.
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import is_dataclass
+from dataclasses import fields, is_dataclass
 from difflib import get_close_matches
 from inspect import getdoc, signature
 from types import NoneType
@@ -27,21 +27,30 @@ def record_from(kind: type[RecordType], plain: Any, where: str) -> RecordType:
     """Build a record from a mapping; nested records from mappings, tuples from lists.
 
     where  the data stand, for messages. Raises SettingsError for unknown, missing or
-    invalid rows.
+    invalid rows. Fields of a scenario with limits tell these themselves.
     """
     rows = checked_mapping(plain, where)
     known = get_type_hints(kind)
+    limited = _limited_fields(kind)
     try:
         for name, value in rows.items():
             if name not in known:
                 raise SettingsError(unknown_name(name, known))
-            rows[name] = checked_value(name, value, known[name])
+            if name not in limited:
+                rows[name] = checked_value(name, value, known[name])
         for name, parameter in signature(kind).parameters.items():
             if parameter.default is parameter.empty and name not in rows:
                 raise SettingsError(f"{name} is missing")
         return kind(**rows)
     except ValueError as error:
         raise SettingsError(f"{where}: {error}") from None
+
+
+def _limited_fields(kind: type) -> set[str]:
+    """Name the fields of a scenario that have limits, and check them themselves."""
+    if not is_dataclass(kind):
+        return set()
+    return {row.name for row in fields(kind) if row.metadata}
 
 
 def checked_value(name: str, value: Any, hint: Any) -> Any:

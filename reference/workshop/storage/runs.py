@@ -14,8 +14,10 @@ from typing import Any, TypeVar
 from filelock import FileLock, Timeout
 
 import reference
+from reference import paper
 from reference.paper import InputError
-from reference.workshop.storage.files import make_folder
+from reference.workshop.storage.files import errors_naming, make_folder
+from reference.workshop.storage.records import checked_mapping
 
 
 class ContradictionError(InputError):
@@ -79,6 +81,34 @@ def refuse_version(path: Path, version: object, game: object = reference.GAME) -
             f"this is {reference.__version__} of game {reference.GAME}, in which runs "
             "may end differently. Go on with the version that wrote it, or begin anew "
             "in another folder."
+        )
+
+
+def other_numbers(begun: Mapping[str, Any]) -> str:
+    """Say which numbers of the paper are others now, and both values; or nothing.
+
+    begun: by name. A number that is only in one of the two is no difference.
+    """
+    now = paper.numbers()
+    words = []
+    for name, number in begun.items():
+        was = tuple(number) if isinstance(number, list) else number
+        if name in now and was != now[name]:
+            words.append(f"{name}={was!s:.40} (here {now[name]})")
+    return ", ".join(words)
+
+
+def refuse_numbers(path: Path, kept: Any) -> None:
+    """Raise InputError for what was begun with other numbers of the paper.
+
+    kept: the numbers by name, as a file has them; None where it has none
+    """
+    with errors_naming(path):
+        words = other_numbers(checked_mapping(kept, "numbers"))
+    if words:
+        raise InputError(
+            f"{path}: was begun with {words}. Go on with these numbers in "
+            "reference/paper.py, or begin anew in another folder."
         )
 
 

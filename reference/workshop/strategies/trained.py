@@ -8,7 +8,8 @@ G  agents of a side;  V  numbers observed;  A  numbers of an action
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -34,12 +35,14 @@ class Trained(ABC):
     """A policy of one building and scenario; it remembers no decision.
 
     name, building, scenario  what it has learned in
+    numbers  of the paper, by name, as they were then; none where nobody knows
     """
 
     side: Side
     name: str
     building: Building
     scenario: Scenario
+    numbers: Mapping[str, Any] = MappingProxyType({})
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Trained":
         """Itself: copies of a simulation share the network."""
@@ -49,21 +52,15 @@ class Trained(ABC):
         """Raise InputError unless the policy can read such a world.
 
         It needs the same drawing and numbers of people, robots, sources and seconds
-        between decisions as in training. Where people start, how far they see, rule D6
-        and the time limit may differ.
+        between decisions as in training. Where people start, how far they see, how
+        flames spread, rule D6 and the time limit may differ.
         """
         if self.building.drawing != building.drawing:
             raise InputError(
                 f"it has learned in {self.building.title}, not in this drawing of "
                 f"{building.title}. Name the building that it learned in."
             )
-        trained = _counts(self.building, self.scenario)
-        for name, count in _counts(building, scenario).items():
-            if count != trained[name]:
-                raise InputError(
-                    f"its {self.side} learned with {trained[name]} {name}; here it is "
-                    f"{count}. Take as many, or train for it."
-                )
+        refuse_other_counts(self.side, building, self.scenario, scenario)
 
     @abstractmethod
     def decisions(self, vectors: np.ndarray, world: World, rng: Rng) -> list[Any]:
@@ -94,13 +91,29 @@ class TrainedFire(Trained):
         return decided
 
 
+def refuse_other_counts(
+    side: Side, building: Building, trained: Scenario, scenario: Scenario
+) -> None:
+    """Raise InputError where a policy's inputs would mean something else.
+
+    trained: the scenario in which the policy of a side has learned
+    """
+    own = _counts(building, trained)
+    for name, count in _counts(building, scenario).items():
+        if count != own[name]:
+            raise InputError(
+                f"its {side} learned with {name}={own[name]:g}; here it is {count:g}. "
+                "Take the same, or train for it."
+            )
+
+
 def _counts(building: Building, scenario: Scenario) -> dict[str, float]:
-    """Collect the numbers that a policy's inputs depend on."""
+    """Collect the fields that a policy's inputs depend on; people wherever they are."""
     return {
         "people": sum(scenario.start_counts(building.floors)),
-        "robots": scenario.robots_per_floor * building.floors,
-        "fire sources": scenario.sources,
-        "seconds between decisions": scenario.decision_seconds,
+        "robots_per_floor": scenario.robots_per_floor,
+        "sources": scenario.sources,
+        "decision_seconds": scenario.decision_seconds,
     }
 
 

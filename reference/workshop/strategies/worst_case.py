@@ -19,7 +19,6 @@ from numpy.random import Generator as Rng
 from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import dijkstra
 
-from reference import paper
 from reference.fire import Decision, FireStrategy, RandomFire
 from reference.paper import Scenario
 from reference.rewards import group_reward
@@ -173,7 +172,7 @@ def another_future(
 
     # a cell ignites none of its neighbours later than it burns out
     borders = future.spread.delays
-    left = np.where(begun, flames.arrival - world.time, 0) + paper.BURN_SECONDS
+    left = np.where(begun, flames.arrival - world.time, 0) + scenario.burn_seconds
     too_late = borders.data >= left.ravel().repeat(np.diff(borders.indptr))
     borders.data[too_late] = np.inf
 

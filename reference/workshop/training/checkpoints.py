@@ -1,8 +1,8 @@
 """Checkpoints: a whole training in one file, written whole or not at all.
 
 A file holds tensors and plain data alone, and loading it never executes code.  It
-records its building, scenario, game and version, and is refused where it does not
-belong.
+records its building, scenario, game, version and the paper's numbers, and is refused
+where it does not belong.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -19,7 +19,7 @@ import torch
 from torch import Tensor
 
 import reference
-from reference import former_names
+from reference import former_names, paper
 from reference.learning.experience import Decisions
 from reference.learning.players import LearnedNetwork
 from reference.learning.ppo import Learner
@@ -78,6 +78,7 @@ class Checkpoint:
     round     how many rounds are over
     learners  for each side that learns, what `state_of` gave, and its earlier versions
     progress  plain numbers: what is counted and what waits for the next summary
+    numbers   of the paper, by name; none where an older version wrote it
     """
 
     task: Task
@@ -85,6 +86,7 @@ class Checkpoint:
     learners: dict[Side, dict[str, Any]]
     progress: dict[str, Any]
     version: str = reference.__version__
+    numbers: Mapping[str, Any] = field(default_factory=paper.numbers)
 
     def player(self, side: Side) -> LearnedNetwork | str:
         """The policy of a side: its network as learned so far, or the first fixed."""
@@ -207,7 +209,8 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
         "fixed": {side: tuple(map(_player, who)) for side, who in fixed.items()},
         "initial": {side: _player(who) for side, who in initial.items()},
     }
-    rows = {f.name: content[f.name] for f in fields(Checkpoint)}
+    rows = {f.name: content[f.name] for f in fields(Checkpoint) if f.name in content}
+    rows.setdefault("numbers", {})
     rows["task"] = replace(record_from(Task, task, "task"), **sides)
     checkpoint = record_from(Checkpoint, rows, "checkpoint")
     parse_map(checkpoint.task.plan, "its plan")

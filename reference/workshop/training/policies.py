@@ -3,6 +3,7 @@
 It decides as the hand-written ones do, in metres.
 """
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from reference.learning.players import LearnedNetwork
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.workshop.storage.files import errors_naming
+from reference.workshop.storage.runs import other_numbers
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import SCRIPTS
 from reference.workshop.strategies.trained import Trained, TrainedFire, TrainedRobots
@@ -45,6 +47,7 @@ class LearnedPolicy(Trained):
         self.name = self.task.building
         self.building = building_of(self.task.plan)
         self.scenario = self.task.settings.scenario
+        self.numbers = checkpoint.numbers
 
         who = checkpoint.player(self.side)
         name = "the checkpoint" if source is checkpoint else source
@@ -84,10 +87,16 @@ POLICIES: dict[Side, Any] = {"robots": LearnedRobots, "fire": LearnedFire}
 def fixed_player(
     word: str, side: Side, building: Building, scenario: Scenario
 ) -> LearnedNetwork | str:
-    """A strategy's name, or the network of a checkpoint; refuses one that misfits."""
+    """A strategy's name, or the network of a checkpoint; refuses one that misfits.
+
+    Says on stderr if it learned with other numbers of the paper.
+    """
     if word in SCRIPTS[side]:
         return word
     policy = POLICIES[side](word)
     with errors_naming(f"{side} {word}"):
         policy.refuse_elsewhere(building, scenario)
+    numbers = other_numbers(policy.numbers)
+    if numbers:
+        print(f"note: {side} {word}: learned with {numbers}", file=sys.stderr)
     return policy.learned

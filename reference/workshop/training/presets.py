@@ -19,6 +19,7 @@ from reference.workshop.storage.records import (
     record_from,
     unknown_name,
 )
+from reference.workshop.storage.scenarios import with_stated
 from reference.workshop.strategies import FIRES
 
 PRESET_ROWS = tomllib.loads(Path(__file__).with_name("presets.toml").read_text("utf-8"))
@@ -96,8 +97,11 @@ def with_rows(base: Settings, rows: Any, where: str) -> Settings:
     for name in rows.keys() & {"robots", "fire", "scenario"}:
         part = getattr(base, name)
         there = f"{where}: {name}"
-        merged = vars(part) | checked_mapping(rows[name], there)
-        rows[name] = record_from(type(part), merged, there)
+        stated = checked_mapping(rows[name], there)
+        if name == "scenario":
+            rows[name] = with_stated(part, stated, there)
+        else:
+            rows[name] = record_from(type(part), vars(part) | stated, there)
     return record_from(Settings, vars(base) | rows, where)
 
 

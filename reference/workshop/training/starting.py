@@ -1,6 +1,7 @@
 """Begin a training by the options of `train`, or resume one from its folder."""
 
 from argparse import Namespace
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,8 @@ from reference.learning.players import LearnedNetwork
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
 from reference.workshop import maps
-from reference.workshop.storage.runs import refuse_version
+from reference.workshop.storage.runs import refuse_numbers, refuse_version
+from reference.workshop.storage.scenarios import kept_fields, with_stated
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import CheckpointError, Task
 from reference.workshop.training.mlagents import read_yaml
@@ -19,7 +21,7 @@ from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.rounds import Training
 
 OPTIONS = ("preset", "settings", "building", "trainer", "head", *SIDES, "imitate")
-OPTIONS += ("initialize_from", "seed")
+OPTIONS += ("initialize_from", "seed", "scenario")
 """What defines a training; None where it was not asked for."""
 
 
@@ -81,20 +83,22 @@ def _settings(asked: Namespace) -> Settings:
         trainer_type=asked.trainer or made.robots.trainer_type,
         head=asked.head or made.robots.head,
     )
-    scenario = made.scenario
+    stated = asked.scenario or {}
     if asked.robots == ["none"]:  # none stand there, and the fire observes none
-        scenario = replace(scenario, robots_per_floor=0)
+        stated = {"robots_per_floor": 0, **stated}
+    scenario = with_stated(made.scenario, stated, "scenario")
     return replace(made, robots=robots, scenario=scenario)
 
 
 def resume_training(folder: Path) -> Training:
     """Resume from the newest checkpoint in a folder.
 
-    Raises InputError if it is another version's or its map has changed, CheckpointError
-    if there is none or if it is damaged.
+    Raises InputError if it is another version's, was begun with other numbers or its
+    map has changed, CheckpointError if there is none or if it is damaged.
     """
     checkpoint = checkpoints.load_checkpoint(folder)
     refuse_version(folder, checkpoint.version)
+    refuse_numbers(folder, checkpoint.numbers)
     _refuse_other_map(checkpoint.task)
     with checkpoints.must_fit(folder, "its parts do not fit each other"):
         return Training.resumed(checkpoint)
@@ -112,12 +116,16 @@ def _refuse_other_map(task: Task) -> None:
         )
 
 
-def options_of(task: Task) -> dict[str, Any]:
-    """The options that began a training, as far as its task tells them."""
+def options_of(task: Task, stated: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that began a training, as far as its task tells them.
+
+    stated: fields of a scenario that are asked for now
+    """
     robots = task.settings.robots
     own = {
         "preset": task.settings.preset,
         "trainer": robots.trainer_type,
         "head": robots.head,
+        "scenario": kept_fields(task.settings.scenario, stated),
     }
     return own | {side: list(who) for side, who in task.fixed.items()} | vars(task)

@@ -1,0 +1,105 @@
+"""Scenarios in words: what can be varied, KEY=VALUE, and where two of them differ."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import fields
+from types import NoneType
+from typing import Any, get_args, get_origin, get_type_hints
+
+from reference.paper import Scenario
+from reference.workshop.storage.records import SettingsError, record_from, unknown_name
+
+EXAMPLES = {
+    "people_per_floor": "2,0,5: instead, on each floor, lowest first",
+    "rooms": "1/hall,1/store: where people start; default: anywhere",
+}
+"""What fields are that are no single numbers."""
+
+HINTS = get_type_hints(Scenario)
+KEYS = tuple(name for name in HINTS if name != "training")  # which commands decide
+
+
+def list_keys() -> str:
+    """List what a scenario can vary, with units, ranges and defaults."""
+    default = Scenario()
+    lines = ["", "scenario:"]
+    for row in fields(Scenario):
+        about = EXAMPLES.get(row.name)
+        limits = row.metadata
+        if limits:
+            about = f"{limits['low']:,} to {limits['high']:,} {limits['unit']}"
+            about += f"; default: {getattr(default, row.name):g}"
+        if about:
+            lines.append(f"  {row.name:<17} {about}")
+    return "\n".join(lines)
+
+
+def read_stated(words: Sequence[str], already: Mapping[str, Any]) -> dict[str, Any]:
+    """Read words like sight_range=8 or rooms=1/hall,1/store; add them to others.
+
+    Raises InputError for an unknown key, one that is there already and a value that no
+    scenario can have.
+    """
+    stated = dict(already)
+    for word in words:
+        key, equals, text = word.partition("=")
+        if key not in KEYS:
+            raise SettingsError(unknown_name(key, KEYS))
+        if not equals:
+            raise SettingsError(f"{key} has no value: write {key}=VALUE")
+        if key in stated:
+            raise SettingsError(f"{key} is there twice: name it once")
+        stated[key] = _plain(text, HINTS[key])
+    Scenario(**stated)  # refuses what cannot be
+    return stated
+
+
+def _plain(text: str, hint: Any) -> Any:
+    """Read a number, or a list with commas; what is neither stays a word."""
+    parts = get_args(hint)
+    if NoneType in parts:
+        return _plain(text, parts[0])
+    if get_origin(hint) is tuple:
+        return [_plain(part, parts[0]) for part in text.split(",")] if text else []
+    with suppress(ValueError):
+        return hint(text)
+    return text
+
+
+def with_stated(base: Scenario, stated: Mapping[str, Any], where: str) -> Scenario:
+    """Change fields of a scenario; people who are counted anew stand on all floors.
+
+    where: the fields stand, for messages. Raises SettingsError.
+    """
+    rows = {**vars(base), **stated}
+    if "people" in stated and "people_per_floor" not in stated:
+        rows["people_per_floor"] = None
+    return record_from(Scenario, rows, where)
+
+
+def kept_fields(scenario: Scenario, stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Tell what a scenario has where fields are stated; these, if they change nothing.
+
+    They may be written in another way, as a list or as seconds between two ticks.
+    """
+    if with_stated(scenario, stated, "scenario") == scenario:
+        return dict(stated)
+    return {name: getattr(scenario, name) for name in stated}
+
+
+def differing(one: Scenario, other: Scenario) -> list[str]:
+    """Name the fields in which two scenarios differ, but for the rule of training."""
+    return [name for name in KEYS if getattr(one, name) != getattr(other, name)]
+
+
+def in_words(scenario: Scenario, names: Iterable[str]) -> str:
+    """Write fields of a scenario as sight_range=2, rooms=1/hall,1/store."""
+    words = []
+    for name in names:
+        value = getattr(scenario, name)
+        if isinstance(value, tuple):
+            shown = ",".join(map(str, value))
+        else:
+            shown = f"{value:g}" if isinstance(value, float) else str(value)
+        words.append(f"{name}={shown}")
+    return ", ".join(words)
