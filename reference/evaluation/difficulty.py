@@ -96,10 +96,11 @@ def ways_lost(
     links = _links(building)
 
     # what flames do to links, (moments, k)
-    free = _free(building, arrival, burn_seconds)[:, links.area]
+    burning = _burning(arrival, burn_seconds)
+    free = _free(building, burning)[:, links.area]
     longer = np.full(free.shape, inf)
     np.divide(links.metres, free, out=longer, where=free > 0)
-    shut = _shut(building, arrival, burn_seconds)
+    shut = _shut(building, burning)
     burns = np.isin(links.area, building.area[burnable(building)])
     longer[(shut[:, links.start] | shut[:, links.end]) & burns] = inf
 
@@ -216,32 +217,30 @@ def _ways_by_area(building: Building) -> np.ndarray:
 # -- What flames do to it -----------------------------------------------------------
 
 
-def _free(building: Building, arrival: np.ndarray, burn_seconds: float) -> np.ndarray:
+def _burning(arrival: np.ndarray, burn_seconds: float) -> np.ndarray:
+    """Find which cells burn, (moments, floors, rows, cols) bool [D7]."""
+    # one moment after the other: numbers of all would take a gigabyte in a large map
+    return np.stack([(arrival <= t) & (t - arrival < burn_seconds) for t in moments()])
+
+
+def _free(building: Building, burning: np.ndarray) -> np.ndarray:
     """Share of each area's cells that do not burn, (moments, areas)."""
-    cells = (arrival[area.floor, *area.cells.T] for area in building.areas)
-    burning = (_burning(some, burn_seconds) for some in cells)
-    return np.stack([1 - some.mean(axis=1) for some in burning], axis=1)
+    cells = (burning[:, area.floor, *area.cells.T] for area in building.areas)
+    return np.stack([1 - some.mean(axis=1) for some in cells], axis=1)
 
 
-def _shut(building: Building, arrival: np.ndarray, burn_seconds: float) -> np.ndarray:
+def _shut(building: Building, burning: np.ndarray) -> np.ndarray:
     """Find landmarks that are shut, (moments, nodes) bool."""
     areas = len(building.areas)
-    nodes = areas + len(building.landmarks)
-    shut = np.zeros((len(moments()), nodes), dtype=bool)
+    count = len(burning)
+    shut = np.zeros((count, areas + len(building.landmarks)), dtype=bool)
     for node, mark in enumerate(building.landmarks, areas):
         own = (building.landmark == mark.index) & burnable(building)
         if own.any():
-            shut[:, node] = _burning(arrival[own], burn_seconds).any(axis=1)
+            shut[:, node] = burning[:, own].any(axis=1)
         elif len(around := cells_around_clearance(building, mark.index)):
-            burning = _burning(arrival.flat[around], burn_seconds)
-            shut[:, node] = burning.all(axis=1)
+            shut[:, node] = burning.reshape(count, -1)[:, around].all(axis=1)
     return shut
-
-
-def _burning(arrival: np.ndarray, burn_seconds: float) -> np.ndarray:
-    """Find which of k cells burn, (moments, k) bool; arrival: (k,) s [D7]."""
-    since = moments()[:, None] - arrival
-    return (since >= 0) & (since < burn_seconds)
 
 
 __getattr__ = former_names(__name__, {"HARDEST": "hardest()"})

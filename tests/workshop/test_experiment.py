@@ -19,8 +19,9 @@ from outcomes import result
 from processes import python
 
 import reference
+from reference import paper
 from reference.__main__ import main
-from reference.paper import InputError
+from reference.paper import InputError, Scenario
 from reference.workshop.commands import common
 from reference.workshop.comparing import jobs, report
 from reference.workshop.comparing.design import Experiment, read_experiment
@@ -28,6 +29,7 @@ from reference.workshop.comparing.jobs import (
     arm_of,
     finish_trainings,
     play_tests,
+    train_in,
     training_folders,
 )
 from reference.workshop.comparing.report import OWN_FIRE, Results

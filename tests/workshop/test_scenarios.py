@@ -9,17 +9,13 @@ from refusals import refusal
 from trainings import begun, tiny, trained
 
 from reference import paper
-from reference.__main__ import main
+from reference.__main__ import _arguments, main
 from reference.paper import Scenario
 from reference.workshop.comparing import begin_evaluation
 from reference.workshop.comparing.matches import notes
 from reference.workshop.storage.scenarios import KEYS, in_words, list_keys, read_stated
 from reference.workshop.training import starting
-from reference.workshop.training.checkpoints import (
-    load_checkpoint,
-    newest_checkpoint,
-    save_checkpoint,
-)
+from reference.workshop.training.checkpoints import load_checkpoint, save_checkpoint
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
@@ -100,7 +96,7 @@ def test_refuses_what_the_building_does_not_have(words, told, capsys):
 
 def test_an_evacuation_is_under_what_is_asked_for(capsys):
     """The note says it, as it was typed; nobody to evacuate is no mistake."""
-    words = ["rooms=1/hall,1/print", "sight_range=3", "spread_rate=0.2"]
+    words = ["rooms=1/hall,1/store", "sight_range=3", "spread_rate=0.2"]
     assert main([*EVACUATE, "--scenario", "people=7", *words, "--json"]) == 0
     told = capsys.readouterr()
     assert json.loads(told.out)["people"] == 7
@@ -222,8 +218,10 @@ def test_an_evaluation_goes_on_with_the_numbers_it_began_with(capsys, monkeypatc
         patched.setattr(paper, "WORST_POINT", (-40_000.0, 0.1))
         status, message = refusal(capsys, *AGAIN)
         assert status == 1
-        assert "was begun with FIXED_PENALTY=300.0 (here 1000.0), WORST_" in message
-        assert "WORST_POINT=(-12000.0, 0.1) (here (-40000.0, 0.1)). Go on" in message
+        assert (
+            "begun with WORST_POINT=(-12000.0, 0.1) (here (-40000.0, 0.1))" in message
+        )
+        assert "), FIXED_PENALTY=300.0 (here 1000.0). Go on with these" in message
     edit("eval/evaluation.json", lambda content: content.pop("numbers"))
     monkeypatch.setattr(paper, "BURN_LOSS", 9.0)
     assert main([*AGAIN]) == 0  # nobody knows with which
@@ -258,19 +256,10 @@ def test_a_policy_that_learned_with_other_numbers_is_told(run, capsys, monkeypat
     match = ["evaluate", "--robots", run, "--episodes", "1", "--workers", "0"]
     assert main(match) == 0
     assert capsys.readouterr().err.count(line) == 1
-    train = ["train", "--preset", "tiny", "--robots", run, "--workers", "0"]
-    monkeypatch.setattr(starting, "Training", lambda task: begun())
-    starting.begin_training(_asked(train))
+    starting.begin_training(_arguments(["train", "--preset", "tiny", "--robots", run]))
     told = f"note: robots {run}: learned with ROBOT_SPEED=1.5 (here 0.5)\n"
     assert capsys.readouterr().err == told
     assert notes(begin_evaluation(("learned",), ("none",), episodes=1)) == []
-
-
-def _asked(words):
-    """What a command line asks for."""
-    from reference.__main__ import _arguments
-
-    return _arguments(words)
 
 
 def test_a_checkpoint_without_numbers_is_no_difference(run, tmp_path, monkeypatch):
@@ -283,9 +272,3 @@ def test_a_checkpoint_without_numbers_is_no_difference(run, tmp_path, monkeypatc
         assert load_checkpoint(old).numbers == numbers
         monkeypatch.setattr(paper, "ROBOT_SPEED", 0.5)
         assert notes(begin_evaluation((old,), ("none",), episodes=1)) == []
-
-
-def test_newest_checkpoint_of_a_training_has_them(run):
-    """Each is whole by itself."""
-    newest = newest_checkpoint(Path(run).parent)
-    assert load_checkpoint(newest).numbers["FIXED_PENALTY"] == 300

@@ -86,8 +86,8 @@ def test_train_tells_people_what_begins_and_how_to_look_at_it(once, capsys):
     out, err = capsys.readouterr()
     first, *_, command = err.splitlines()
     assert first == (
-        "Tiny office: robots poca (mixture head), fire random, seed 0; "
-        "40 decisions to go"
+        "Tiny office, people=6, sources=3, time_limit=40: "
+        "robots poca (mixture head), fire random, seed 0; 40 decisions to go"
     )
     assert re.search(r"^reward +-?[\d,.]+$", out, re.MULTILINE)
     assert re.search(r"^survival +0\.\d+$", out, re.MULTILINE)

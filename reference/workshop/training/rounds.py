@@ -20,8 +20,10 @@ from reference.learning.players import LearnedNetwork
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, Side
+from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.storage.records import SettingsError, record_from
+from reference.workshop.storage.scenarios import differing, in_words
 from reference.workshop.storage.workers import chunks
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
@@ -292,10 +294,14 @@ class Training:
     # -- Reports --------------------------------------------------------------------
 
     def about(self) -> str:
-        """Tell in a line who trains how, and how many decisions are left."""
+        """Tell in a line where, under what and how who trains, and what is left."""
         sides = ", ".join(f"{side} {who}" for side, who in self._who().items())
-        title = building_of(self.task.plan).title
-        return f"{title}: {sides}, seed {self.task.seed}; {self.left:,} decisions to go"
+        where = building_of(self.task.plan).title
+        scenario = self.settings.scenario
+        changed = differing(scenario, Scenario())
+        if changed:
+            where += f", {in_words(scenario, changed)}"
+        return f"{where}: {sides}, seed {self.task.seed}; {self.left:,} decisions to go"
 
     def _who(self) -> dict[str, str]:
         """Name each side's trainer and head, or its fixed player."""
