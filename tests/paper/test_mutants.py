@@ -282,8 +282,8 @@ F10 evaluation/score
   - (max(β - y, 0.0) * k) ** 0.5 * α
   + (max(β - y, 0.0) * k) * α
 F12 workshop/comparing/results
-  - easy, hard = h <= ranked[third - 1], h >= ranked[-third]
-  + easy, hard = h >= 0, h >= ranked[-third]
+  - easy = h <= ranked[third - 1]
+  + easy = h >= 0
 """
 """Clause and module, what stands there, and what stands there instead."""
 
