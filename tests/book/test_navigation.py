@@ -43,7 +43,8 @@ def test_a_way_pulled_straight_never_cuts_a_corner(rows):
     nav = navigation_of(building)
     start = building.kind.shape[2] + 1
     for goal in np.flatnonzero(nav.walkable).tolist():
-        length, corners = nav.distances([goal])[start], nav.way(start, goal)
+        length = nav.distances([goal])[start]
+        corners = nav.way(start, goal)
         assert bool(corners) == np.isfinite(length)
         line = nav.centres[[start, *corners]]
         assert np.hypot(*np.diff(line, axis=0).T).sum() <= length + 1e-9
