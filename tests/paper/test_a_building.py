@@ -140,7 +140,8 @@ def test_an_edge_tells_what_it_is_how_wide_and_how_long(house):
 def test_a_node_tells_what_it_is_and_where(house):
     """Rooms, stairwells and the outside."""
     kinds = dict(house.graph.nodes(data="kind"))
-    assert kinds["1/a2"] == "room" and kinds["2/A"] == "stairwell"
+    assert kinds["1/a2"] == "room"
+    assert kinds["2/A"] == "stairwell"
     assert kinds[OUTSIDE] == OUTSIDE
     assert house.graph.nodes["2/c"]["floor"] == 1
 
@@ -194,7 +195,8 @@ def test_two_stairwells_stand_north_and_south_outside_the_main_body(paper):
     """A in the south, B in the north, each with an entrance on every floor."""
     south, north = paper.stairwells
     assert (south.letter, north.letter) == ("A", "B")
-    assert south.centre[1] < -BODY_SIZE / 2 and north.centre[1] > BODY_SIZE / 2
+    assert south.centre[1] < -BODY_SIZE / 2
+    assert north.centre[1] > BODY_SIZE / 2
     assert set(south.entrances) == set(north.entrances) == set(range(FLOORS))
 
 
@@ -202,7 +204,8 @@ def test_two_stairwells_stand_north_and_south_outside_the_main_body(paper):
 def test_exits_are_on_the_first_floor_and_not_beside_a_stairwell(paper):
     """Who comes down the stairs has to cross the house."""
     exits = [paper.landmarks[m] for m in paper.exits]
-    assert len(exits) >= 2 and {m.floor for m in exits} == {0}
+    assert len(exits) >= 2
+    assert {m.floor for m in exits} == {0}
     for mark in exits:
         for well in paper.stairwells:
             assert np.hypot(*np.subtract(mark.position, well.centre)) > 10

@@ -199,7 +199,8 @@ def test_a_stuck_follower_without_leader_waits_before_leading():
     sim = stage("#p.......E", sight_range=9)
     sim.world.bodies.anchor_time[:] = -paper.STUCK_SECONDS - 0.1
     assert thinks(sim) == "#p.......E"
-    assert thinks(sim) == "#p.......E" and mode(sim) == "FOLLOWER"
+    assert thinks(sim) == "#p.......E"
+    assert mode(sim) == "FOLLOWER"
     play_until(sim, lambda: mode(sim) == "LEADER")
     assert 0 <= sim.world.time - paper.STUCK_WAIT_SECONDS <= SOON
     assert thinks(sim) == "#p.......!"
@@ -231,7 +232,8 @@ def test_where_the_leader_was_seen_last_and_is_not_the_search_ends():
 def test_a_follower_comes_along_through_a_door():
     """The leader goes first and is out of sight for a moment, but not let go of."""
     sim = stage("#.p.q.+......E", leads="q", follows="pq")
-    assert play(sim, 3) == "#.....p.q....E" and mode(sim) == "FOLLOWER of q"
+    assert play(sim, 3) == "#.....p.q....E"
+    assert mode(sim) == "FOLLOWER of q"
     play(sim, 8)
     assert [e.person for e in events_of(sim, Evacuated)] == [body("q"), body("p")]
 
@@ -362,7 +364,8 @@ def test_nobody_walks_into_flames_until_stuck():
     sim = stage("#p...*....E", sight_range=10)
     assert play(sim, paper.STUCK_SECONDS) == "#...p*....E"
     assert play(sim, 20) == "#....*....E"
-    assert events_of(sim, Evacuated) and not events_of(sim, Died)
+    assert events_of(sim, Evacuated)
+    assert not events_of(sim, Died)
 
 
 @pytest.mark.paper(
@@ -384,7 +387,8 @@ def test_who_has_no_wish_to_move_is_not_stuck():
     """A follower beside a robot that waits is content."""
     sim = stage("#####\n#pR.#\n#...E\n#####", follows="pR")
     after = "#####\n#.p.#\n#...E\n#####"
-    assert play(sim, 2 * paper.STUCK_SECONDS) == after and mode(sim) == "FOLLOWER of R1"
+    assert play(sim, 2 * paper.STUCK_SECONDS) == after
+    assert mode(sim) == "FOLLOWER of R1"
     assert sim.world.time - sim.world.bodies.anchor_time[0] < paper.STUCK_SECONDS
 
 
@@ -557,7 +561,8 @@ def test_a_human_who_follows_somebody_does_not_suit():
     sim = stage("#..+.p..q..+...E", leads="pq", visited="+1", sight_range=7)
     assert thinks(sim, "q") == "#..+.p..q..!...E"
     sim.world.bodies.leader[body("q")] = body("p")
-    assert thinks(sim) == "#..+.p..q..!...E" and mode(sim) == "LEADER"
+    assert thinks(sim) == "#..+.p..q..!...E"
+    assert mode(sim) == "LEADER"
 
 
 @pytest.mark.paper("B6", "suitable, chosen")
@@ -626,7 +631,8 @@ def test_after_losing_a_leader_one_leads_oneself_for_a_while(seconds, after):
     sim = stage(board, leads="q", lost="pq", visited="+", sight_range=7)
     decide(sim, "q")
     sim.world.bodies.fate[body("q")] = Fate.EVACUATED  # out of sight ...
-    assert thinks(sim) == "#..+.p.....+...E" and mode(sim) == "LEADER"
+    assert thinks(sim) == "#..+.p.....+...E"
+    assert mode(sim) == "LEADER"
     sim.world.bodies.fate[body("q")] = Fate.INSIDE  # ... and back again
     sim.world.time += paper.LEADER_PAUSE_SECONDS + seconds
     assert thinks(sim) == after
@@ -721,7 +727,8 @@ def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
     me.patches.update(sim.sight.patches.tolist())
     me.been = dict.fromkeys(range(p + 4, p, -1))
     patches = set(me.patches)
-    assert decide(sim, "p").place < p and me.patches == patches
+    assert decide(sim, "p").place < p
+    assert me.patches == patches
     assert [*me.been] == [*range(p + 4, p - 1, -1)]
     play_until(sim, lambda: events_of(sim, Evacuated), 12)
 
@@ -958,7 +965,10 @@ def test_out_of_a_stairwell_people_are_leaders_who_remember_one_entrance():
     me = mind(sim, "p")
     bodies = sim.world.bodies
     play_until(sim, lambda: len(me.trail) and bodies.stairwell[0] >= 0)
-    assert me.doors and me.seen_from and me.patches and me.been
+    assert me.doors
+    assert me.seen_from
+    assert me.patches
+    assert me.been
     me.mode = Mode.FOLLOWER
     me.leader = 0
     play_until(sim, lambda: not bodies.floor[0] and bodies.walking[0])

@@ -226,7 +226,8 @@ def test_health_falls_before_deaths_are_settled():
     """Who has less than a tick's loss left dies in this tick, not in the next."""
     sim = stage("#p.....E", health={"p": LOSS / 2})
     assert [type(event) for event in sim.step()] == [Died]
-    assert sim.world.bodies.fate[0] == Fate.DEAD and sim.world.bodies.health[0] == 0
+    assert sim.world.bodies.fate[0] == Fate.DEAD
+    assert sim.world.bodies.health[0] == 0
     assert show(sim) == "#x.....E"
 
 

@@ -90,7 +90,8 @@ def test_sizes_follow_from_the_building_and_the_scenario(name, people, robots, s
     assert fire_vector(sim).shape == (size,)
     grid = observations.grid(sim.world)
     assert grid.shape == observations.grid_shape(sim.building)
-    assert len(grid) == 3 * floors and min(grid.shape[1:]) >= 20
+    assert len(grid) == 3 * floors
+    assert min(grid.shape[1:]) >= 20
 
 
 # -- Number by number ---------------------------------------------------------------
@@ -122,7 +123,8 @@ def test_in_the_paper_all_observe_167_numbers_and_a_grid_of_9_by_40_by_40():
         "fires": (140, 164, 8),
         "fires_per_floor": (164, 167, 3),
     }
-    assert vectors(sim).shape == (6, 167) and fire_vector(sim).shape == (167,)
+    assert vectors(sim).shape == (6, 167)
+    assert fire_vector(sim).shape == (167,)
     assert vectors(sim).dtype == fire_vector(sim).dtype == np.float32
     assert observations.grid(sim.world).shape == (9, 40, 40)
 
@@ -168,7 +170,8 @@ def test_the_number_of_robots_at_work_in_the_team_is_there():
     """Three on each floor, none above once all there are out; the fire: of all."""
     sim = scene(robots_per_floor=3)
     place = blocks(sim)["team"].start
-    assert (vectors(sim)[:, place] == 3).all() and fire_vector(sim)[place] == 9
+    assert (vectors(sim)[:, place] == 3).all()
+    assert fire_vector(sim)[place] == 9
     sim.world.bodies.fate[sim.world.bodies.floor == 2] = Fate.EVACUATED
     assert vectors(sim)[:, place].tolist() == [3] * 6 + [0] * 3
     assert fire_vector(sim)[place] == 6

@@ -330,7 +330,8 @@ def test_a_cell_burns_for_40_s_and_is_ash_then():
     sim = stage("#p.*...E", still="p")
     assert play(sim, paper.BURN_SECONDS - 1) == "#p.*...E"
     assert play(sim, 2) == "#p.,...E"
-    assert sim.world.flames.ash.sum() == 1 and not sim.world.flames.harm.any()
+    assert sim.world.flames.ash.sum() == 1
+    assert not sim.world.flames.harm.any()
     sim.world.bodies.pace[:] = paper.WALKING_SPEED
     assert play(sim, 3) == "#..,.p.E"
 

@@ -233,7 +233,8 @@ def test_the_fires_action_is_read_at_every_fifth_decision():
         told += [number + 1] * int(infos[FIRE]["acts"])
     assert read == told == [2, 7, 12]
     first, *others = asked(environment)
-    assert isinstance(first, FireLit) and first.time == 10.0
+    assert isinstance(first, FireLit)
+    assert first.time == 10.0
     assert all(isinstance(event, FireRefused) for event in others)  # it burns there
 
 
@@ -277,7 +278,8 @@ def test_every_robot_is_paid_what_the_group_earns(paid):
     """Step by step what the events are worth; the sum is the episode's reward."""
     environment, steps = paid
     group = [{step[agent] for agent in step if agent != FIRE} for step in steps]
-    assert len(group) == environment.decision and max(map(len, group)) == 1
+    assert len(group) == environment.decision
+    assert max(map(len, group)) == 1
     earned = group_reward(environment.simulation.events)
     assert sum(map(sum, group)) == pytest.approx(earned)
 
@@ -320,7 +322,8 @@ def test_when_nobody_is_inside_all_who_are_there_are_terminated():
     environment = game("paper", people=12)
     gone(environment, 0, 1, 2)
     _, _, terminations, truncations, infos = environment.step(idle(environment))
-    assert all(terminations.values()) and not any(truncations.values())
+    assert all(terminations.values())
+    assert not any(truncations.values())
     assert list(terminations) == environment.possible_agents
     assert {info["acts"] for info in infos.values()} == {0.0}
     assert environment.step({}) == ({}, {}, {}, {}, {})
@@ -335,7 +338,8 @@ def test_when_time_is_up_all_who_are_there_are_truncated():
         environment.step(idle(environment))
     gone(environment, 2)
     _, _, terminations, truncations, _ = environment.step(idle(environment))
-    assert all(truncations.values()) and not any(terminations.values())
+    assert all(truncations.values())
+    assert not any(terminations.values())
     assert environment.simulation.world.time == pytest.approx(12)
     assert environment.agents == []
 
@@ -371,7 +375,8 @@ def test_refuses_a_missing_action_by_the_name_of_the_agent():
     del actions["robot_3"]
     with pytest.raises(ValueError, match="robot_3 is still there, but has no action"):
         environment.step(actions)
-    assert environment.decision == 0 and environment.simulation.ticks == 0
+    assert environment.decision == 0
+    assert environment.simulation.ticks == 0
 
 
 # -- Seeds --------------------------------------------------------------------------
