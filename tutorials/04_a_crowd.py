@@ -106,8 +106,8 @@ runs = [Simulation(institute, fire=RandomFire(), seed=seed) for seed in range(6)
 seen = measure_crowding(runs)
 print("of 240 people died, floor by floor:", seen.deaths.sum(axis=(1, 2)))
 #> of 240 people died, floor by floor: [38 24  1]
-densest = np.unravel_index(seen.density.argmax(), seen.density.shape)
-print(f"densest: {seen.density.max():.2f} per m2 on floor {densest[0] + 1}")
+by_floor = seen.density.max(axis=(1, 2))
+print(f"densest: {by_floor.max():.2f} per m2 on floor {by_floor.argmax() + 1}")
 #> densest: 0.62 per m2 on floor 1
 print(drawing.save(drawing.crowding_map(seen), "out/04_where.png"))
 #> out/04_where.png

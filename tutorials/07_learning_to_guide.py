@@ -109,7 +109,9 @@ print(drawing.save(figure, "out/07_advantages.png"))
 # the gradient is 0.
 
 rho = tensor([[1.5, 1.0], [0.5, 1.1]], requires_grad=True)
-loss = ppo.policy_loss(rho.log(), torch.zeros(2, 2), tensor([1.0, -0.5]), epsilon=0.2)
+A = tensor([1.0, -0.5])  # of two decisions
+old = torch.zeros(2, 2)  # logarithms of the old probabilities, which are 1
+loss = ppo.policy_loss(rho.log(), old, A, epsilon=0.2)
 loss.backward()
 print(f"{loss.item():.4f}")
 #> -0.3125
@@ -120,10 +122,12 @@ print([[round(x, 3) + 0.0 for x in row] for row in rho.grad.tolist()])
 # losses are squares. The value's is not clipped, the baseline's is: this one has moved
 # from 2 to 2.5 on its way to 3, but only 2.2 counts.
 
-print(f"{ppo.value_loss(tensor([2.5]), tensor([3.0])).item():.2f}")
+now = tensor([2.5])
+before = tensor([2.0])
+goal = tensor([3.0])
+print(f"{ppo.value_loss(now, goal).item():.2f}")
 #> 0.25
-baseline = poca.baseline_loss(tensor([2.5]), tensor([2.0]), tensor([3.0]), epsilon=0.2)
-print(f"{baseline.item():.2f}")
+print(f"{poca.baseline_loss(now, before, goal, epsilon=0.2).item():.2f}")
 #> 0.64
 
 # %% The same game, learned
@@ -203,7 +207,8 @@ curves = {
     "PPO": learn(ppo.Learner),
 }
 for name, often in curves.items():
-    print(f"{name + ':':<26} A", "goes" if np.mean(often[-5:]) > 0.5 else "waits")
+    at_last = "goes" if np.mean(often[-5:]) > 0.5 else "waits"
+    print(f"{name + ':':<26} A {at_last}")
 #> MA-POCA:                   A goes
 #> without posthumous credit: A waits
 #> PPO:                       A waits

@@ -131,7 +131,8 @@ def at_mouth(foe) -> float:
     """Share of a fire's decisions that mean the mouth."""
     played = evenings(Escort(), foe)
     chosen = np.concatenate([episode.fire.actions[:, 0] for episode in played])
-    return np.mean(abs(10 * chosen[:, 1] - mouth[1]) < 1)  # x, in units of 10 m
+    x = 10 * chosen[:, 1]  # they are in units of 10 m
+    return np.mean(abs(x - mouth[1]) < 1)
 
 
 def refused(guides) -> float:

@@ -202,10 +202,8 @@ def test_a_copy_runs_on_like_the_original_and_leaves_it_alone(robots):
 def test_another_seed_gives_other_people_and_flames_and_other_robots_do_not():
     """So that strategies are compared on the same emergencies."""
     begun = [run(robots=r, seed=k) for r, k in (("sweep", 0), ("none", 0), ("none", 1))]
-    people, flames = (
-        [sim.world.bodies.position for sim in begun],
-        [sim.spread.delays.data for sim in begun],
-    )
+    people = [sim.world.bodies.position for sim in begun]
+    flames = [sim.spread.delays.data for sim in begun]
     for one, again, other in (people, flames):
         assert np.array_equal(one, again) and not np.array_equal(one, other)
 

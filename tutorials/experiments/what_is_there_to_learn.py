@@ -65,7 +65,8 @@ class OneWayOutEach:
     def decide(self, world, robots, rng):
         def way_of(outside, robot, led):
             ways = world.building.ways_out(robot.floor)
-            return way_by(outside, robot, ways[robot.number % len(ways)])
+            own = ways[robot.number % len(ways)]
+            return way_by(outside, robot, own)
 
         return as_observer(world, robots, way_of)
 
