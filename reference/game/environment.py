@@ -186,27 +186,35 @@ class Environment:
         the agent, for an action that is missing or invalid, and RuntimeError before
         the first reset.
         """
-        self.begin_step(actions)
+        self.begin_step({agent: self._read(agent, actions) for agent in self.agents})
         if not self.agents:
             return {}, {}, {}, {}, {}
         until_next_decision([self.simulation])
         return self.end_step()
 
-    def begin_step(self, actions: Mapping[str, Any]) -> None:
-        """Give the actions of a step, which `end_step` ends. Raises as `step` does."""
+    def _read(self, agent: str, actions: Mapping[str, Any]) -> Any:
+        """What an agent decides by its action. Raises ValueError as `step` does."""
+        if agent not in actions:
+            raise ValueError(f"{agent} is still there, but has no action")
+        read = fire_decision if agent == FIRE else destination
+        return read(self.building, _checked(agent, actions[agent]))
+
+    def begin_step(self, decisions: Mapping[str, Any]) -> None:
+        """Give the decisions of a step, in metres, which `end_step` ends.
+
+        A robot's is a destination or None, the fire's a floor, x and y. Raises
+        RuntimeError before the first reset.
+        """
         if self._seeds is None:
             raise RuntimeError("call reset() before step()")
         self._already = len(self.simulation.events)
         robots = self.simulation.world.robots
         for agent in self.agents:
-            if agent not in actions:
-                raise ValueError(f"{agent} is still there, but has no action")
-            action = _checked(agent, actions[agent])
             if agent == FIRE:
-                self._agent_fire.chosen = fire_decision(self.building, action)
+                self._agent_fire.chosen = decisions[agent]
             else:
                 body = robots[self._robot_agents.index(agent)].body
-                self._agent_robots.chosen[body] = destination(self.building, action)
+                self._agent_robots.chosen[body] = decisions[agent]
 
     def end_step(self) -> StepResult:
         """End a step, after the simulation has run on; return what `step` returns."""

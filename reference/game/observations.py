@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from reference import paper
-from reference.building import Building, Kind
+from reference.building import Building, Kind, lengths
 from reference.paper import Scenario
 from reference.world import World
 
@@ -209,7 +209,7 @@ def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.nd
     metres.
     """
     off = humans - robots[:, None]
-    metres = np.hypot(off[..., 0], off[..., 1])
+    metres = lengths(off)
     up = off[..., 2]
     rank = np.where(up >= 0, up, floors - up)
     return np.lexsort((metres, rank), axis=1)
@@ -239,6 +239,12 @@ def from_normalised(building: Building, normalised: np.ndarray) -> np.ndarray:
     """Invert `to_normalised`."""
     middle, half = _middle_and_half(building)
     return normalised * half + middle
+
+
+def in_body(building: Building, metres: np.ndarray) -> np.ndarray:
+    """Clip metres (..., 2) to the main body."""
+    low, high = np.reshape(building.body, (2, 2))
+    return metres.clip(low, high)
 
 
 def _middle_and_half(building: Building) -> tuple[np.ndarray, np.ndarray]:

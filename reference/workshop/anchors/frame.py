@@ -14,6 +14,7 @@ observation [C1], the map, and where robots are headed.
 import numpy as np
 
 from reference import paper
+from reference.building import lengths
 from reference.game.codec import PolicyCodec
 from reference.game.observations import from_normalised
 from reference.workshop.strategies.observed import (
@@ -206,4 +207,4 @@ def _within(
 ) -> np.ndarray:
     """(B,) bool: is any of which points (B, m, 2 or 3) so near to a spot (B, 2)?"""
     off = np.nan_to_num(points[..., :2] - spot[:, None], nan=np.inf)
-    return ((np.hypot(off[..., 0], off[..., 1]) <= metres) & which).any(axis=1)
+    return np.asarray(((lengths(off) <= metres) & which).any(axis=1))
