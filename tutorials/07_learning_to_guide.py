@@ -148,7 +148,10 @@ def seen(t: int, went: bool) -> np.ndarray:
 def play(actor, rng) -> Trajectory:
     """One episode; A's first decision is all that matters."""
     went = False
-    vectors, alive, actions, log_probs = [], [], [], []
+    vectors = []
+    alive = []
+    actions = []
+    log_probs = []
     for t in range(3):
         vectors.append(seen(t, went))
         alive.append([not went, True])

@@ -148,7 +148,8 @@ def total(episodes: list[Episode], fact: str) -> int:
 
 
 before = evenings(SEEDS)
-out, refused = total(before, "evacuated"), total(before, "refused")
+out = total(before, "evacuated")
+refused = total(before, "refused")
 choices = sum(len(episode.fire.actions) for episode in before)
 print(f"before: {out} get out, {refused} of {choices} choices are refused")
 #> before: 128 get out, 15 of 58 choices are refused

@@ -116,7 +116,8 @@ def test_people_on_different_floors_do_not_meet():
 def test_neighbours_are_found_in_the_order_of_their_numbers():
     """Each pair once, as far apart as NEIGHBOUR_METRES at most, on one floor."""
     rng = np.random.default_rng(0)
-    at, floor = rng.uniform(0, 9, (60, 2)), rng.integers(0, 2, 60)
+    at = rng.uniform(0, 9, (60, 2))
+    floor = rng.integers(0, 2, 60)
     found = motion.neighbours(at, floor, np.full(60, WALKING_SPEED), TICK)
     pairs = combinations(range(60), 2)
     expected = [

@@ -193,10 +193,13 @@ def test_a_plain_search_by_that_rule_finds_the_same_ways(name):
 def searched(nav, goals, cost):
     """Dijkstra's search: the nearest place first, of equally near ones the highest."""
     floor = goals[0] // nav.floor_size
-    steps, first = nav.steps[floor], floor * nav.floor_size
-    d, after = np.full(nav.places, np.inf), np.arange(nav.places)
+    steps = nav.steps[floor]
+    first = floor * nav.floor_size
+    d = np.full(nav.places, np.inf)
+    after = np.arange(nav.places)
     d[goals] = 0
-    heap, done = [(0.0, -p) for p in goals], set()
+    heap = [(0.0, -p) for p in goals]
+    done = set()
     heapify(heap)
     while heap:
         metres, p = heappop(heap)
@@ -208,6 +211,7 @@ def searched(nav, goals, cost):
         for q, step in zip(steps.indices[row] + first, steps.data[row], strict=True):
             further = metres + step * max(cost[p], cost[q])
             if further < d[q]:  # only what is strictly shorter
-                d[q], after[q] = further, p
+                d[q] = further
+                after[q] = p
                 heappush(heap, (further, -q))
     return d, after
