@@ -30,7 +30,9 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_DFL:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 EVERYTHING = "all"
-QUICK, SLOW = 300, 1200  # seconds until a test has failed, however busy the machine
+# seconds until a test has failed, however busy the machine
+QUICK = 300
+SLOW = 1200
 
 hypothesis.settings.register_profile("same every time", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("same every time")

@@ -42,10 +42,17 @@ def random(seed: int, *shape: int) -> Tensor:
 
 def settings(trainer_type: str = "poca", **changes: Any) -> SideSettings:
     """Table I with a small network, rewards as they are and no end of training."""
-    small = {"hidden_units": 16, "num_layers": 2, "reward_scale": 1.0, "num_epoch": 1}
-    small |= {"batch_size": 4, "buffer_size": 8, "max_steps": 10**9}
-    robots = preset("paper").robots
-    return replace(robots, trainer_type=trainer_type, **small | changes)
+    small = {
+        "trainer_type": trainer_type,
+        "hidden_units": 16,
+        "num_layers": 2,
+        "reward_scale": 1.0,
+        "num_epoch": 1,
+        "batch_size": 4,
+        "buffer_size": 8,
+        "max_steps": 10**9,
+    }
+    return replace(preset("paper").robots, **small | changes)
 
 
 def life(*agents: str, sizes: Sizes = SIZES, seed: int = 0, **given: Any) -> Trajectory:
@@ -53,8 +60,10 @@ def life(*agents: str, sizes: Sizes = SIZES, seed: int = 0, **given: Any) -> Tra
     rng = np.random.default_rng(seed)
     cut = np.array([row.endswith(">") for row in agents])
     drawn = [row.rstrip(">").rstrip(".") for row in agents]
-    T, G = max(map(len, drawn)), len(agents)
-    alive = np.array([[t < len(row) for row in drawn] for t in range(T + 1)])
+    T = max(map(len, drawn))
+    G = len(agents)
+    lengths = np.array([len(row) for row in drawn])
+    alive = np.arange(T + 1)[:, None] < lengths
     alive[T] = cut
     components = sizes.continuous + len(sizes.branches)
     fields = {
@@ -81,27 +90,32 @@ def batch(B: int = 6, G: int = 3, sizes: Sizes = SIZES, seed: int = 0) -> Decisi
     rng = np.random.default_rng(seed)
     alive = rng.random((B, G)) < 0.6
     alive[np.arange(B), rng.integers(0, G, B)] = True
-    t = life(*["#" * B] * G, sizes=sizes, seed=seed)
-    numbers = rng.normal(0, 0.7, (4, B, G)).astype(np.float32)
-    names = ("values", "baselines", "returns", "advantages")
-    valued = zip(names, map(torch.from_numpy, numbers), strict=True)
-    rows = decisions_of(t)
-    return replace(rows, alive=torch.from_numpy(alive), **dict(valued))
+    everybody = ["#" * B] * G
+    rows = decisions_of(life(*everybody, sizes=sizes, seed=seed))
+    numbers = torch.from_numpy(rng.normal(0, 0.7, (4, B, G)).astype(np.float32))
+    return replace(
+        rows,
+        alive=torch.from_numpy(alive),
+        values=numbers[0],
+        baselines=numbers[1],
+        returns=numbers[2],
+        advantages=numbers[3],
+    )
 
 
 def doubled(rows: Decisions) -> Decisions:
     """The same in float64."""
-    wide = {
-        n: x.double() if x.is_floating_point() else x for n, x in rows.columns().items()
-    }
+    wide = rows.columns()
+    for name, column in wide.items():
+        if column.is_floating_point():
+            wide[name] = column.double()
     return Decisions(**wide)
 
 
 def gradients(module: torch.nn.Module) -> dict[str, Tensor]:
     """Of every parameter, zeros where it has none; and forget them."""
-    found = {
-        name: torch.zeros_like(p) if p.grad is None else p.grad.clone()
-        for name, p in module.named_parameters()
-    }
+    found = {}
+    for name, p in module.named_parameters():
+        found[name] = torch.zeros_like(p) if p.grad is None else p.grad.clone()
     module.zero_grad()
     return found

@@ -76,15 +76,21 @@ def stage(board, robots=None, fire="none", **said):
     words = {word: said.pop(word) for word in WORDS if word in said}
     floors = split(board)
     people = tuple(len(found([rows], PEOPLE)) for rows in floors)
-    guides, building = len(found(floors[:1], "R")), built(board)
+    guides = len(found(floors[:1], "R"))
+    building = built(board)
     scene = Scenario(people_per_floor=people, robots_per_floor=guides, **said)
     world = as_drawn(floors, building, scene, np.random.default_rng(0))
-    for word in sorted(words, key=list(WORDS).index):
-        WORDS[word](world, words[word])
-    sent = {
-        int(floors[k][r][c]): building.metres(r, c)
-        for k, r, c in found(floors, "123456789")
-    }
+
+    # what is said, in the order of WORDS
+    for word, comes_true in WORDS.items():
+        if word in words:
+            comes_true(world, words[word])
+
+    # who plays
+    sent = {}
+    for floor, row, col in found(floors, "123456789"):
+        digit = int(floors[floor][row][col])
+        sent[digit] = building.metres(row, col)
     robots = strategy_of(robots or Sent(sent), "robots", building, scene)
     fire = strategy_of(fire, "fire", building, scene)
     return Simulation(building, scene, robots, fire, world=world)
@@ -96,12 +102,16 @@ def sets_off(board, who="p", passes=1, **said):
     who leads if nothing else is said.  Before, all others who lead think, the highest
     rank first.  Nobody walks: more passes are more boards.
     """
-    if who not in said.get("follows", "")[:1] + said.get("lost", "")[:1]:
+    first_follows = said.get("follows", "").startswith(who)
+    first_lost = said.get("lost", "").startswith(who)
+    if not first_follows and not first_lost:
         said.setdefault("leads", who)
     sim = stage(board, **said)
-    for other in sorted(set(said.get("leads", "")) - {who}, reverse=True):
+    others = set(said.get("leads", "")) - {who}
+    for other in sorted(others, reverse=True):
         decide(sim, other)
-    return Board("\nthen\n".join(thinks(sim, who) for _ in range(passes)))
+    boards = [thinks(sim, who) for _ in range(passes)]
+    return Board("\nthen\n".join(boards))
 
 
 def thinks(sim, who="p"):
@@ -112,23 +122,27 @@ def thinks(sim, who="p"):
 def heading(sim, goal):
     """The board with a goal."""
     floors = canvas(sim)
-    cells = [goal.place] if goal.place != NOWHERE else []
+    sign = "?" if goal.aim is Aim.DIRECTION else "!"
+    places = [goal.place] if goal.place != NOWHERE else []
     if goal.aim is Aim.LANDMARK:
-        cells = sim.navigation.goals[goal.which].tolist()
-    for p in cells:
+        places = sim.navigation.goals[goal.which].tolist()
+    for p in places:
         floor, row, col = np.unravel_index(p, sim.building.kind.shape)
-        floors[floor][row][col] = "?" if goal.aim is Aim.DIRECTION else "!"
+        floors[floor][row][col] = sign
     return framed(sim, floors)
 
 
 def remembers(sim, who="p"):
     """The board with the doors that somebody has visited: `1` is passed first on the
     way back, `0` is not on it."""
-    me, floors = mind(sim, who), canvas(sim)
+    me = mind(sim, who)
+    floors = canvas(sim)
     order = {passed.door: number for number, passed in enumerate(me.trail, 1)}
-    for door in map(sim.building.landmarks.__getitem__, me.doors):
+    for index in me.doors:
+        door = sim.building.landmarks[index]
+        sign = str(order.get(index, 0))
         for row, col in door.cells:
-            floors[door.floor][row][col] = str(order.get(door.index, 0))
+            floors[door.floor][row][col] = sign
     return framed(sim, floors)
 
 
@@ -163,12 +177,14 @@ class Script:
     """Robots that all go to the next of some places, in metres, at each decision."""
 
     def __init__(self, *places):
-        self.left, self.asked = list(places), []
+        self.left = list(places)
+        self.asked = []  # at which times
 
     def decide(self, world, robots, rng):
         """Nothing more at the end of the list."""
         self.asked.append(world.time)
-        return [self.left.pop(0) if self.left else None] * len(robots)
+        goal = self.left.pop(0) if self.left else None
+        return [goal] * len(robots)
 
 
 def ticks(sim, seconds=None):
@@ -226,29 +242,41 @@ def show(sim):
 
 def canvas(sim):
     """The signs of the board now, floor by floor and row by row."""
-    floors = [[list(row) for row in s.rows] for s in sim.building.drawing.storeys]
-    bodies, cell = sim.world.bodies, sim.building.cell
-    for mark in sim.world.burnt:
-        for row, col in sim.building.landmarks[mark].cells:
-            floors[sim.building.landmarks[mark].floor][row][col] = ":"
-    for sign, cells in (("*", sim.world.flames.burning), (",", sim.world.flames.ash)):
+    world = sim.world
+    bodies = world.bodies
+    floors = []
+    for storey in sim.building.drawing.storeys:
+        floors.append([list(row) for row in storey.rows])
+
+    def put(sign, floor, position):
+        row, col = sim.building.cell(*position)
+        floors[floor][row][col] = sign
+
+    for index in world.burnt:
+        door = sim.building.landmarks[index]
+        for row, col in door.cells:
+            floors[door.floor][row][col] = ":"
+    for sign, cells in {"*": world.flames.burning, ",": world.flames.ash}.items():
         for floor, row, col in np.argwhere(cells):
             floors[floor][row][col] = sign
-    for robot in sim.world.robots:
-        row, col = cell(*robot.position)
-        floors[robot.floor][row][col] = "R"
-    dead = np.flatnonzero(bodies.fate == Fate.DEAD)
-    for i in [*dead, *np.flatnonzero(bodies.inside)[::-1]]:
-        row, col = cell(*bodies.position[i])
-        floors[bodies.floor[i]][row][col] = PEOPLE[i] if bodies.inside[i] else "x"
+    for robot in world.robots:
+        put("R", robot.floor, robot.position)
+    for i in np.flatnonzero(bodies.fate == Fate.DEAD):
+        put("x", bodies.floor[i], bodies.position[i])
+    for i in reversed(np.flatnonzero(bodies.inside)):
+        put(PEOPLE[i], bodies.floor[i], bodies.position[i])
     return floors
 
 
 def framed(sim, floors):
     """A board from signs, without the walls that no row draws."""
-    drawn_rows = slice(1, 2) if sim.building.title == CORRIDOR else slice(None)
-    rows = [["".join(row).rstrip() for row in floor[drawn_rows]] for floor in floors]
-    return Board("\n\n".join("\n".join(floor) for floor in rows))
+    if sim.building.title == CORRIDOR:
+        floors = [[row] for _, row, _ in floors]
+    boards = []
+    for floor in floors:
+        rows = ["".join(row).rstrip() for row in floor]
+        boards.append("\n".join(rows))
+    return Board("\n\n".join(boards))
 
 
 # -- Films --------------------------------------------------------------------------
@@ -257,36 +285,49 @@ def framed(sim, floors):
 def film(sim, seconds, algorithm):
     """A strip of boards: the first; each time p passes other lines of their algorithm,
     or sets off to something else; and the end of its loop, line 1."""
-    me, code, known = mind(sim, "p"), algorithm.__code__, set()
-    strip = [f"0.0 s: the beginning\n{show(sim)}"]
-    source = inspect.getsource(algorithm).splitlines()
-    printed = {
-        code.co_firstlineno + k: [int(n) for n in re.findall(r"\d+", found[1])]
-        for k, line in enumerate(source)
-        if (found := re.search(r"  # ([\d, ]+)(?:\D|$)", line))
-    }
+    me = mind(sim, "p")
+    printed = printed_lines(algorithm)
+    strip = []
+
+    def add(words, board):
+        strip.append(f"{sim.world.time:.1f} s: {words}\n{board}")
+
+    add("the beginning", show(sim))
+    known = set()
     while sim.world.time < seconds - 1e-9 and sim.world.bodies.inside[0]:
-        with lines_run(code, me) as run:
+        with lines_run(algorithm.__code__, me) as run:
             sim.step()
         lines = sorted({n for line in run for n in printed.get(line, ())})
-        key = tuple(lines), me.goal.aim
+        key = (*lines, me.goal.aim)
         if lines and key not in known:
             known.add(key)
-            said = f"lines {', '.join(map(str, lines))}"
-            strip.append(f"{sim.world.time:.1f} s: {said}\n{heading(sim, me.goal)}")
-    strip.append(f"{sim.world.time:.1f} s: line 1, out\n{show(sim)}")
+            add(f"lines {', '.join(map(str, lines))}", heading(sim, me.goal))
+    add("line 1, out", show(sim))
     return Board("\n".join(strip))
+
+
+def printed_lines(algorithm):
+    """The paper's lines that each line of a method carries, as its comment says."""
+    lines = {}
+    first = algorithm.__code__.co_firstlineno
+    for number, line in enumerate(inspect.getsource(algorithm).splitlines(), first):
+        comment = re.search(r"  # ([\d, ]+)(?:\D|$)", line)
+        if comment:
+            lines[number] = [int(n) for n in re.findall(r"\d+", comment[1])]
+    return lines
 
 
 def opening(strip):
     """The first board of a film."""
-    return "\n".join(captioned_boards(drawn(strip))[0][1])
+    _, board = captioned_boards(drawn(strip))[0]
+    return "\n".join(board)
 
 
 @contextmanager
 def lines_run(code, mine):
     """The lines that a method runs while it is about one of its arguments."""
-    run, before = set(), sys.gettrace()
+    run = set()
+    before = sys.gettrace()
 
     def watch(frame, event, _):
         if frame.f_code is not code or mine not in frame.f_locals.values():
@@ -306,7 +347,14 @@ def lines_run(code, mine):
 
 def body(sign, people=0):
     """The number of a body: "p" of the first human, "R2" of the second robot."""
-    return people + int(sign[1:] or 1) - 1 if sign[0] == "R" else PEOPLE.index(sign)
+    if sign[0] == "R":
+        return people + nth(sign) - 1
+    return PEOPLE.index(sign)
+
+
+def nth(sign):
+    """The number behind a sign, 1 if there is none: 2 of "R2"."""
+    return int(sign[1:] or 1)
 
 
 def mind(sim, letter):
@@ -316,16 +364,18 @@ def mind(sim, letter):
 
 def mode(sim, letter="p"):
     """LEADER or FOLLOWER, and the sign of who is followed, as in "FOLLOWER of q"."""
-    me, n = mind(sim, letter), len(sim.world.minds)
+    me = mind(sim, letter)
     if me.leader == NOBODY:
         return me.mode.name
-    who = PEOPLE[me.leader] if me.leader < n else f"R{me.leader - n + 1}"
+    robot = me.leader - len(sim.world.minds)
+    who = PEOPLE[me.leader] if robot < 0 else f"R{robot + 1}"
     return f"{me.mode.name} of {who}"
 
 
 def view(sim, letter):
     """What the human with a letter sees now."""
-    return look(sim.world, sim.sight, np.array([body(letter)]))[0]
+    (seen,) = look(sim.world, sim.sight, np.array([body(letter)]))
+    return seen
 
 
 def light(sim, *places):
@@ -341,17 +391,18 @@ def decide(sim, letter):
     return me.goal
 
 
-def mark(scene, sign, nth=1):
+def mark(scene, sign, number=1):
     """The landmark of a sign, "+2" the second `+` in reading order, the first floor
-    first; or the nth of a Kind. scene: a simulation or its world."""
+    first; or of a Kind and a number. scene: a simulation or its world."""
     landmarks = scene.building.landmarks
     if isinstance(sign, str):
-        exits, nth = sign[0] == "E", int(sign[1:] or 1)
-        fit = [m for m in landmarks if (m.kind is Kind.EXIT) == exits]
+        number = nth(sign)
+        is_exit = sign[0] == "E"
+        fit = [m for m in landmarks if (m.kind is Kind.EXIT) == is_exit]
     else:
         fit = [m for m in landmarks if m.kind is sign]
     fit.sort(key=lambda m: (m.floor, *m.cells[0].tolist()))
-    return fit[nth - 1].index
+    return fit[number - 1].index
 
 
 # -- The words of a scene -----------------------------------------------------------
@@ -360,8 +411,11 @@ def mark(scene, sign, nth=1):
 def named(text):
     """Who is named, p if nobody is, and the signs that follow: "q+1E", "+2", "pR2"."""
     for word in text.split():
-        signs = re.findall(r"[p-zR+:E]\d*", word)
-        yield ("p", signs) if signs[0][0] in "+:E" else (signs[0], signs[1:])
+        first, *others = re.findall(r"[p-zR+:E]\d*", word)
+        if first[0] in "+:E":
+            yield "p", [first, *others]
+        else:
+            yield first, others
 
 
 def leads(world, letters):
@@ -373,14 +427,25 @@ def leads(world, letters):
 
 def follows(world, text, ago=0.0):
     """One follows another, whom it saw so many seconds ago where it is now."""
-    bodies, n = world.bodies, len(world.minds)
+    bodies = world.bodies
     for letter, (sign,) in named(text):
-        i, leader = body(letter), body(sign, n)
-        me, robot = world.minds[i], world.robots[leader - n] if leader >= n else None
-        me.mode, me.leader = Mode.FOLLOWER, leader
-        bodies.mode[i], bodies.leader[i] = me.mode, leader
-        me.seen_at, me.told = world.time - ago, robot and robot.says
-        me.seen_place = robot.place if robot else int(bodies.place[leader])
+        i = body(letter)
+        leader = body(sign, len(world.minds))
+        me = world.minds[i]
+        me.mode = Mode.FOLLOWER
+        me.leader = leader
+        bodies.mode[i] = me.mode
+        bodies.leader[i] = leader
+
+        # what it has seen and heard
+        me.seen_at = world.time - ago
+        if sign[0] == "R":
+            robot = world.robots[body(sign)]
+            me.seen_place = robot.place
+            me.told = robot.says
+        else:
+            me.seen_place = int(bodies.place[leader])
+            me.told = None
 
 
 def lost(world, text):
@@ -390,19 +455,22 @@ def lost(world, text):
 
 def visited(world, text):
     """One has passed doors, the last one last."""
-    for letter, doors in named(text):
-        marks = [mark(world, door) for door in doors]
-        world.minds[body(letter)].doors.update(marks)
-        world.minds[body(letter)].trail.extend(Passed(m, NOWHERE) for m in marks)
+    for letter, signs in named(text):
+        me = world.minds[body(letter)]
+        for sign in signs:
+            door = mark(world, sign)
+            me.doors.add(door)
+            me.trail.append(Passed(door, NOWHERE))
 
 
 def at(world, text):
     """One stands in a door, entrance or exit."""
     nav = navigation_of(world.building)
     for letter, (sign,) in named(text):
-        i, places = body(letter), nav.goals[mark(world, sign)]
-        world.bodies.place[i] = places[0]
-        world.bodies.position[i] = nav.centres[places[0]]
+        i = body(letter)
+        place = nav.goals[mark(world, sign)][0]
+        world.bodies.place[i] = place
+        world.bodies.position[i] = nav.centres[place]
 
 
 def says(world, text):
@@ -441,25 +509,32 @@ CORRIDOR = "a row between two walls"
 
 def split(board):
     """The rows of each floor of a board, with walls around a single one."""
-    floors = [floor.splitlines() for floor in drawn(board).split("\n\n")]
-    return [
-        ["#" * len(rows[0]), *rows, "#" * len(rows[0])] if len(rows) == 1 else rows
-        for rows in floors
-    ]
+    floors = []
+    for floor in drawn(board).split("\n\n"):
+        rows = floor.splitlines()
+        if len(rows) == 1:
+            wall = "#" * len(rows[0])
+            rows = [wall, *rows, wall]
+        floors.append(rows)
+    return floors
 
 
 def beside(picture):
     """The boards that stand beside each other in a picture, from left to right."""
     columns = zip_longest(*drawn(picture).splitlines(), fillvalue=" ")
-    parts = groupby(columns, key=lambda column: set(column) == {" "})
-    boards = [zip(*part, strict=True) for blank, part in parts if not blank]
-    return [Board("\n".join("".join(row).rstrip() for row in rows)) for rows in boards]
+    boards = []
+    for blank, part in groupby(columns, key=lambda column: set(column) == {" "}):
+        if not blank:
+            rows = zip(*part, strict=True)
+            boards.append(Board("\n".join("".join(row).rstrip() for row in rows)))
+    return boards
 
 
 def built(board):
     """The building under a board, without people, robots and flames."""
-    bare = str.maketrans(dict.fromkeys(PEOPLE + "R*,_123456789", ".") | {":": "+"})
-    return built_once(Board(drawn(board).translate(bare)), paper.PROTECTED_METRES)
+    bare = dict.fromkeys(PEOPLE + "R*,_123456789", ".") | {":": "+"}
+    walls = drawn(board).translate(str.maketrans(bare))
+    return built_once(Board(walls), paper.PROTECTED_METRES)
 
 
 @cache
@@ -480,10 +555,12 @@ shipped = cache(load)
 
 def walled(rows):
     """A building of one floor: these cells, with one free, and walls around them."""
-    rows = ["." + rows[0][1:], *rows[1:]]
-    side = "#" * (len(rows[0]) + 2)
-    rows = (side, *(f"#{row}#" for row in rows), side)
-    return Building(Drawing("grid", len(side), len(rows), (Storey("", rows),)))
+    first, *others = rows
+    free = ["." + first[1:], *others]
+    wall = "#" * (len(first) + 2)
+    drawn_rows = (wall, *(f"#{row}#" for row in free), wall)
+    storey = Storey("", drawn_rows)
+    return Building(Drawing("grid", len(wall), len(drawn_rows), (storey,)))
 
 
 def empty(building):
@@ -514,23 +591,36 @@ def found(floors, letters):
 def as_drawn(floors, building, scenario, rng):
     """The world at 0 s, with everybody and every flame where the board has them."""
     world = starting_world(building, scenario, rng)
-    nav, bodies, shape = navigation_of(building), world.bodies, building.kind.shape
+    nav = navigation_of(building)
+    bodies = world.bodies
+    shape = building.kind.shape
+
+    # people and robots
     for i, cell in enumerate(found(floors, PEOPLE)):
         p = int(np.ravel_multi_index(cell, shape))
-        bodies.place[i], bodies.floor[i], bodies.pace[i] = p, cell[0], WALKING_SPEED
+        bodies.place[i] = p
+        bodies.floor[i] = cell[0]
+        bodies.pace[i] = WALKING_SPEED
+        bodies.rank[i] = i / len(bodies)
         for array in (bodies.position, bodies.target, bodies.goal, bodies.anchor):
             array[i] = nav.centres[p]
-        bodies.rank[i] = i / len(bodies)
     for robot, cell in zip(world.robots, found(floors, "R"), strict=True):
         robot.place = int(np.ravel_multi_index(cell, shape))
         robot.position = nav.centres[robot.place]
+
+    # what p has explored
     patches = sight_of(building, scenario.sight_range).patches.reshape(shape)
     for cell in found(floors, "_"):
         world.minds[0].patches.add(int(patches[cell]))
+
+    # fire
     world.burnt = {int(building.landmark[cell]) for cell in found(floors, ":")}
     for floor, row, col in found(floors, "*,"):
-        ash = floors[floor][row][col] == ","
-        world.flames.arrival[floor, row, col] = -scenario.burn_seconds if ash else 0.0
-        world.flames.sources.append(FireLit(0.0, floor, *building.metres(row, col)))
+        is_ash = floors[floor][row][col] == ","
+        world.flames.arrival[floor, row, col] = (
+            -scenario.burn_seconds if is_ash else 0.0
+        )
+        x, y = building.metres(row, col)
+        world.flames.sources.append(FireLit(0.0, floor, x, y))
     Spread(building, scenario, rng).advance(world.flames, 0.0)
     return world

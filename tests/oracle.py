@@ -22,19 +22,32 @@ MASK = -1e6
 def normed(x: Tensor) -> Tensor:
     """Mean 0 and variance 1 along the last axis."""
     off = x - x.mean(dim=-1, keepdim=True)
-    return off / torch.sqrt((off**2).mean(dim=-1, keepdim=True) + 1e-5)
+    variance = (off**2).mean(dim=-1, keepdim=True)
+    return off / torch.sqrt(variance + 1e-5)
 
 
 def attended(critic: GroupCritic, entities: Tensor, absent: Tensor) -> Tensor:
     """(M, N, H) entities and (M, N) 1.0 for the absent: pooled to (M, H)."""
-    layer, x = critic.attention, normed(entities)
-    q, k, v, H = layer.query(x), layer.key(x), layer.to_value(x), x.shape[-1]
-    mask, mixed = absent[:, None, :], []
+    layer = critic.attention
+    x = normed(entities)
+    H = x.shape[-1]
+    q = layer.query(x)
+    k = layer.key(x)
+    v = layer.to_value(x)
+
+    # each head has its part of the H numbers
+    mask = absent[:, None, :]
+    mixed = []
     for part in torch.arange(H).split(H // HEADS):
-        scores = q[..., part] @ k[..., part].transpose(1, 2) / math.sqrt(H)
-        weights = torch.softmax((1 - mask) * scores + mask * MASK, dim=-1)
+        products = q[..., part] @ k[..., part].transpose(1, 2)
+        scores = products / math.sqrt(H)
+        masked = (1 - mask) * scores + mask * MASK
+        weights = torch.softmax(masked, dim=-1)
         mixed.append(weights @ v[..., part])
-    y = normed(layer.out(torch.cat(mixed, dim=-1)) + x)
+    added = layer.out(torch.cat(mixed, dim=-1)) + x
+
+    # the mean over those who are there
+    y = normed(added)
     there = (1 - absent)[..., None]
     return (y * there).sum(1) / (there.sum(1) + 1e-7)
 
@@ -48,18 +61,26 @@ def worth(
 
     No action: it is not known. Absent agents are rows of nan.
     """
-    entities, absent = [], []
+    entities = []
+    absent = []
     for vectors, action in agents:
         missing = vectors[:, :1].isnan()
         x = critic.encoder(torch.where(missing, 0.0, vectors), grids)
-        known = action is not None
-        entities.append(critic.f(torch.cat([x, action], 1)) if known else critic.g(x))
+        if action is None:
+            entity = critic.g(x)
+        else:
+            entity = critic.f(torch.cat([x, action], dim=1))
+        entities.append(entity)
         absent.append(missing.to(x))
     mask = torch.cat(absent, dim=1)
-    pooled = critic.trunk(attended(critic, torch.stack(entities, dim=1), mask))
+    pooled = attended(critic, torch.stack(entities, dim=1), mask)
+    features = critic.trunk(pooled)
+
+    # how many are there, of the most that ever were, from -1 to 1
     n = (1 - mask).sum(1, keepdim=True)
-    share = 2 * n / torch.maximum(critic.most, n.max()) - 1
-    return critic.value(torch.cat([pooled, share], dim=1))[:, 0]
+    most = torch.maximum(critic.most, n.max())
+    share = 2 * n / most - 1
+    return critic.value(torch.cat([features, share], dim=1))[:, 0]
 
 
 @torch.no_grad()
@@ -68,11 +89,13 @@ def group_worth(
 ) -> tuple[Tensor, Tensor]:
     """Values and baselines (B, G), each agent's row on its own."""
     seen = torch.where(alive[..., None], vectors, float("nan"))
-    values, baselines = [], []
+    values = []
+    baselines = []
     for j in range(vectors.shape[1]):
         mates = [k for k in range(vectors.shape[1]) if k != j]
         everyone = [(seen[:, k], None) for k in [j, *mates]]
         values.append(worth(critic, everyone, grids))
+        itself = (seen[:, j], None)
         acting = [(seen[:, k], actions[:, k]) for k in mates]
-        baselines.append(worth(critic, [(seen[:, j], None), *acting], grids))
+        baselines.append(worth(critic, [itself, *acting], grids))
     return torch.stack(values, dim=1), torch.stack(baselines, dim=1)

@@ -10,7 +10,8 @@ from reference.workshop.annotated.index import code_of, kinds_of, marked_with
 from reference.workshop.annotated.words import CLAUSES, TITLES, keys_named_in
 from reference.workshop.storage.records import did_you_mean
 
-WIDTH, INDENT = 80, 10
+WIDTH = 80
+INDENT = 10
 
 
 def asked_for(text: str) -> list[str]:

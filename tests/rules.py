@@ -12,7 +12,8 @@ from reference.workshop.annotated.words import (
     keys_named_in,
 )
 
-WIDTH, GAP = 88, "    "
+WIDTH = 88
+GAP = "    "
 
 
 class Board(str):
@@ -48,12 +49,14 @@ def rules(keys):
     """The sentence of each clause, and the code of each place, that a test is for."""
     for key in keys:
         if key in CLAUSES:
-            said = f"[{key}] {TITLES[key]}: {ANNOTATIONS['statements'][key]}"
-            yield from textwrap.wrap(said, WIDTH, subsequent_indent=GAP)
+            statement = ANNOTATIONS["statements"][key]
+            rule = f"[{key}] {TITLES[key]}: {statement}"
+            yield from textwrap.wrap(rule, WIDTH, subsequent_indent=GAP)
         else:
             yield f"{key}  {TITLES[key]}"
             for code in code_of(key):
-                yield f"{GAP}{code.code or code.symbol.title}{GAP}{code.where}"
+                line = code.code or code.symbol.title
+                yield f"{GAP}{line}{GAP}{code.where}"
 
 
 def keys_of(item):
@@ -66,11 +69,12 @@ def keys_of(item):
 def side_by_side(found, wanted):
     """Two boards, and under each row which of its cells differ."""
     rows = list(zip_longest(found.splitlines(), wanted.splitlines(), fillvalue=""))
-    wide = max(len("it is"), *(len(row) for row, _ in rows))
+    wide = max(len(row) for row in ["it is", *found.splitlines()])
     yield f"{'it is':{wide}}{GAP}it should be"
     for one, other in rows:
         yield f"{one:{wide}}{GAP}{other}"
-        signs = zip_longest(one, other, fillvalue=" ")
-        marks = "".join(" ^"[a != b] for a, b in signs)
+        marks = ""
+        for a, b in zip_longest(one, other, fillvalue=" "):
+            marks += " " if a == b else "^"
         if "^" in marks:
             yield f"{marks:{wide}}{GAP}{marks}".rstrip()

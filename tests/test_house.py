@@ -500,7 +500,8 @@ def test_the_readme_says_what_everybody_in_its_table_of_results_does():
     """In the words of the docstrings, which `strategies` prints."""
     said = dict(re.findall(r"^\* `(\S+)`: (.+)$", README, re.MULTILINE))
     heads = re.search(r"^\| (robots .*) \|$", README, re.MULTILINE)[1]
-    robots, fires = table(heads), ["random", *re.findall(r"`(\w+)`", heads)]
+    robots = table(heads)
+    fires = ["random", *re.findall(r"`(\w+)`", heads)]
     about = [DESCRIPTIONS["robots"][word] for word in robots]
     assert [*said] == [*robots, *dict.fromkeys(fires)]
     assert [*said.values()] == about + [DESCRIPTIONS["fire"][word] for word in fires]

@@ -28,16 +28,29 @@ def tiny(**changes) -> Settings:
     sides' buffers are full then; robots are over after 3 rounds, the fire after 4.
     """
     settings = preset("tiny")
-    small = {"hidden_units": 8, "num_epoch": 1}
-    robots = {"batch_size": 16, "buffer_size": 40, "max_steps": 180}
-    robots |= {"summary_freq": 40, "checkpoint_interval": 40}
-    fire = {"batch_size": 2, "buffer_size": 3, "max_steps": 16}
-    fire |= {"summary_freq": 4, "checkpoint_interval": 4}
+    robots = {
+        "hidden_units": 8,
+        "num_epoch": 1,
+        "batch_size": 16,
+        "buffer_size": 40,
+        "max_steps": 180,
+        "summary_freq": 40,
+        "checkpoint_interval": 40,
+    }
+    fire = {
+        "hidden_units": 8,
+        "num_epoch": 1,
+        "batch_size": 2,
+        "buffer_size": 3,
+        "max_steps": 16,
+        "summary_freq": 4,
+        "checkpoint_interval": 4,
+    }
     robots |= changes.pop("robots", {})
     fire |= changes.pop("fire", {})
     rows = {
-        "robots": replace(settings.robots, **small | robots),
-        "fire": replace(settings.fire, **small | fire),
+        "robots": replace(settings.robots, **robots),
+        "fire": replace(settings.fire, **fire),
         "scenario": replace(settings.scenario, time_limit=40.0),
         "episodes_per_job": 1,
         "imitation_rounds": 2,

@@ -73,7 +73,8 @@ for mark in house.landmarks:
 x, y = house.metres(3, 7)
 print("row 3, column 7 is at", (x, y), "m")
 #> row 3, column 7 is at (-3.5, 0.5) m
-print("3 m further west there is", Kind(house.kind[0][house.cell(x - 3, y)]).name)
+row, column = house.cell(x - 3, y)
+print("3 m further west there is", Kind(house.kind[0, row, column]).name)
 #> 3 m further west there is FLOOR
 
 # %% Mistakes are explained

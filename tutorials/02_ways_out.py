@@ -60,19 +60,19 @@ print("two doors:", sorted(cut_off("1/door-2", "1/door-11")))
 # A bridge is an edge without which the graph falls apart. The exit is one too, but
 # exits do not burn.
 
-bridges = [
-    door
-    for one, other in nx.bridges(graph)
-    for door, edge in graph[one][other].items()
-    if edge["kind"] == "door"
-]
+bridges = []
+for one, other in nx.bridges(graph):
+    (name,) = graph[one][other]  # a bridge is the only edge between its nodes
+    if graph.edges[one, other, name]["kind"] == "door":
+        bridges.append(name)
 for door in bridges:
     print(f"{door} is the only way out of {', '.join(cut_off(door))}")
 #> 1/door-1 is the only way out of 1/coins
 #> 1/door-6 is the only way out of 1/maps
 #> 1/door-9 is the only way out of 1/shop
 
-# An articulation point is such a node: without it, other rooms have no way out.
+# An articulation point is to nodes what a bridge is to edges: without this room, others
+# have no way out.
 
 print("articulation points:", sorted(nx.articulation_points(graph)))
 #> articulation points: ['1/asia', '1/foyer', '1/greece']
@@ -82,9 +82,11 @@ print("articulation points:", sorted(nx.articulation_points(graph)))
 # rooms behind the circled doors have no second way.
 
 figure = drawing.graph(museum)
-figure.axes[0].set_title("Circled: doors that are bridges", loc="left")
-x, y = zip(*(m.position for m in museum.landmarks if m.id in bridges), strict=True)
-figure.axes[0].plot(x, y, "o", ms=18, mfc="none", mec="#c43c00", mew=2)
+axes = figure.axes[0]
+axes.set_title("Circled: doors that are bridges", loc="left")
+for mark in museum.landmarks:
+    if mark.id in bridges:
+        axes.plot(*mark.position, "o", ms=18, mfc="none", mec="#c43c00", mew=2)
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(figure, "out/02_museum_graph.png"))
 #> out/02_museum_graph.png

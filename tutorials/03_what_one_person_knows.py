@@ -23,7 +23,8 @@ from reference.workshop import drawing
 museum = load("museum")
 one = Scenario(people=1, rooms=("1/greece",))
 simulation = Simulation(museum, one, robots=NoRobots(), fire=NoFire(), seed=5)
-bodies, mind = simulation.world.bodies, simulation.world.minds[0]
+bodies = simulation.world.bodies
+mind = simulation.world.minds[0]
 place = bodies.place[0]
 
 # %% Rays
@@ -51,15 +52,17 @@ print("sees", len(doors), "of", len(museum.landmarks), "doors and exits")
 # coin room, which has no other door. The visitor comes back through it, and does not
 # try it again.
 
-path, known, memory = [], set(), set()
+path = []  # positions, tick by tick
+known = set()  # places seen so far
+memory = set()  # doors visited so far
 while not simulation.done:
     path.append(bodies.position[0].copy())
     known.update(simulation.sight.sees.reached_from(bodies.place[0]))
     simulation.step()
     for door in sorted(mind.doors - memory):
         memory.add(door)
-        name, count = museum.landmarks[door].id, len(memory)
-        print(f"{simulation.world.time:6.1f} s  {name:>9}, {count} visited")
+        name = museum.landmarks[door].id
+        print(f"{simulation.world.time:6.1f} s  {name:>9}, {len(memory)} visited")
 #>    1.4 s   1/door-1, 1 visited
 #>   18.4 s   1/door-2, 2 visited
 #>   25.6 s   1/door-4, 3 visited
@@ -70,12 +73,14 @@ while not simulation.done:
 # `navigation` knows the shortest way. People do not.
 
 (way_out,) = museum.exits
-walked = np.hypot(*np.diff(path, axis=0).T).sum()
+steps = np.diff(path, axis=0)
+walked = np.linalg.norm(steps, axis=1).sum()
+shortest = simulation.navigation.distance_to(way_out)[place]
 print("got out" if simulation.outcome().evacuated else "did not get out")
 #> got out
 print(f"walked {walked:.0f} m")
 #> walked 63 m
-print(f"shortest way {simulation.navigation.distance_to(way_out)[place]:.0f} m")
+print(f"shortest way {shortest:.0f} m")
 #> shortest way 47 m
 print(f"saw {len(known) / museum.walkable.sum():.0%} of the floor")
 #> saw 50% of the floor
@@ -97,10 +102,12 @@ page = axes.images[0].get_extent()
 axes.imshow(unknown[0], "Greys", alpha=0.35 * unknown[0], extent=page)
 x, y = simulation.navigation.centres[place]
 for k in range(0, len(hits), 10):
-    hit, angle = hits[k], 2 * np.pi * k / len(hits)
+    hit = hits[k]
+    angle = 2 * np.pi * k / len(hits)
     far = hit.distance if hit else simulation.sight.reach
-    ends = (x, x + far * np.cos(angle)), (y, y + far * np.sin(angle))
-    axes.plot(*ends, "-" if hit else ":", color="#c43c00", lw=1)
+    east = x + far * np.cos(angle)
+    north = y + far * np.sin(angle)
+    axes.plot([x, east], [y, north], "-" if hit else ":", color="#c43c00", lw=1)
 axes.plot(*np.transpose(path), color="#c43c00", lw=2.5)
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(figure, "out/03_one_visitor.png"))

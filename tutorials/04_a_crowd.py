@@ -22,7 +22,8 @@ from reference.world import Mode
 
 institute = load("paper")
 simulation = Simulation(institute, robots=NoRobots(), fire=NoFire(), seed=1)
-world, bodies = simulation.world, simulation.world.bodies
+world = simulation.world
+bodies = world.bodies
 print(len(bodies), "people, floor by floor", world.occupancy)
 #> 40 people, floor by floor [14, 13, 13]
 
@@ -39,13 +40,15 @@ while world.time < 120:
     simulation.step()
     history.append(drawing.tally(world))
     if simulation.ticks % 100 == 0:
-        here = bodies.mode[bodies.walking]
-        heads = guided_by(world)
+        modes = bodies.mode[bodies.walking]
+        leaders = np.sum(modes == Mode.LEADER)
+        followers = np.sum(modes == Mode.FOLLOWER)
+        heads = guided_by(world)  # of each person, who leads the group; -1 if nobody
+        largest = np.bincount(heads[heads >= 0], minlength=1).max()
+        on_stairs = np.sum(bodies.stairwell >= 0)
         print(
-            f"{world.time:4.0f}  {np.sum(here == Mode.LEADER):7}"
-            f"  {np.sum(here == Mode.FOLLOWER):9}"
-            f"  {np.bincount(heads[heads >= 0], minlength=1).max():13}"
-            f"  {np.sum(bodies.stairwell >= 0):9}  {history[-1].out:3}"
+            f"{world.time:4.0f}  {leaders:7}  {followers:9}  {largest:13}"
+            f"  {on_stairs:9}  {history[-1].out:3}"
         )
     if simulation.ticks == 300:
         figure = drawing.frame(world, history)
@@ -103,8 +106,8 @@ runs = [Simulation(institute, fire=RandomFire(), seed=seed) for seed in range(6)
 seen = measure_crowding(runs)
 print("of 240 people died, floor by floor:", seen.deaths.sum(axis=(1, 2)))
 #> of 240 people died, floor by floor: [38 24  1]
-densest = np.unravel_index(seen.density.argmax(), seen.density.shape)
-print(f"densest: {seen.density.max():.2f} per m2 on floor {densest[0] + 1}")
+by_floor = seen.density.max(axis=(1, 2))
+print(f"densest: {by_floor.max():.2f} per m2 on floor {by_floor.argmax() + 1}")
 #> densest: 0.62 per m2 on floor 1
 print(drawing.save(drawing.crowding_map(seen), "out/04_where.png"))
 #> out/04_where.png

@@ -45,11 +45,11 @@ night = Simulation(museum, Scenario(people=1, sources=1), NoRobots(), Candle(), 
 # No fire starts where somebody stands. In training, such a choice lights no fire and
 # costs a penalty. Otherwise the fire appears at a random free place instead [D6].
 
-place = 0, *night.world.bodies.position[0].tolist()
+x, y = night.world.bodies.position[0].tolist()  # where the watchman stands
 for training in (True, False):
     scenario = Scenario(sources=1, training=training)
     generator = Generator(museum, scenario, night.rng["elsewhere"])
-    print(generator.generate(night.world, place))
+    print(generator.generate(night.world, (0, x, y)))
 #> FireRefused(time=0.0, floor=0, x=-10.5, y=8.5)
 #> FireLit(time=0.0, floor=0, x=7.5, y=-6.5)
 
@@ -87,9 +87,11 @@ def ways(graph: nx.Graph) -> dict[str, float]:
 print(f"before the fire: {ways(museum.graph)['1/maps']:3.0f} m")
 for event in night.events:
     if isinstance(event, DoorBurnt):
-        door, left = museum.landmarks[event.landmark].id, graphs[event.time]
+        door = museum.landmarks[event.landmark].id
+        left = graphs[event.time]
         metres = ways(left)
-        way, lost = metres.get("1/maps", np.inf), len(left) - len(metres)
+        way = metres.get("1/maps", np.inf)
+        lost = len(left) - len(metres)
         print(f"{event.time:3.0f} s {door:>9}: {way:3.0f} m, rooms cut off: {lost}")
 #> before the fire:  41 m
 #>  39 s 1/door-11:  85 m, rooms cut off: 0

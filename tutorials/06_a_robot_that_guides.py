@@ -25,7 +25,10 @@ institute = load("paper")
 
 
 def words(landmark):
-    return "follow me" if landmark == NOWHERE else institute.landmarks[landmark].id
+    """What a robot says, in words."""
+    if landmark == NOWHERE:
+        return "follow me"
+    return institute.landmarks[landmark].id
 
 
 x, y = institute.stairwells[0].centre
@@ -48,12 +51,17 @@ class Shepherd:
         return [self.goal(world, robot) for robot in robots]
 
     def goal(self, world, robot):
-        lost = unguided(world) & (world.bodies.floor == robot.floor)
-        goals = world.bodies.position[lost].tolist()
-        if len(followers_of(world, robot)) >= 3 or not goals:
-            ways = world.building.ways_out(robot.floor)
-            goals = [world.building.landmarks[way].position for way in ways]
+        """The nearest of its goals, in metres through walls."""
+        goals = self.goals(world, robot)
         return min(goals, key=lambda goal: dist(goal, robot.position))
+
+    def goals(self, world, robot):
+        """Where lost people are; where ways out are, once enough follow."""
+        lost = unguided(world) & (world.bodies.floor == robot.floor)
+        if lost.any() and len(followers_of(world, robot)) < 3:
+            return world.bodies.position[lost].tolist()
+        ways = world.building.ways_out(robot.floor)
+        return [world.building.landmarks[way].position for way in ways]
 
 
 # %% Watch it
@@ -105,9 +113,10 @@ while simulation.world.time < 180:
     simulation.step()
 exit_2 = institute.landmark_of["1/exit-2"].position
 for robot in simulation.world.robots[:2]:
-    metres, led = dist(robot.position, exit_2), followers_of(simulation.world, robot)
+    metres = dist(robot.position, exit_2)
+    led = len(followers_of(simulation.world, robot))
     says = words(robot.says)
-    print(f"{metres:.0f} m from the exit, leads {len(led)}, says {says}")
+    print(f"{metres:.0f} m from the exit, leads {led}, says {says}")
 #> 26 m from the exit, leads 3, says follow me
 #> 26 m from the exit, leads 2, says follow me
 

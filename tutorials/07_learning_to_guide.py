@@ -28,7 +28,8 @@ from reference.workshop.training.presets import preset
 # In this episode A went, and the last reward was 3, in thousands of health points.
 
 r = tensor([0.0, 1.0, 3.0])
-gamma, lambd = 1.0, 0.5  # the paper's are 0.9 and 0.95; these are easier by hand
+gamma = 1.0  # the paper's is 0.9; this is easier by hand
+lambd = 0.5  # the paper's is 0.95
 
 # %% PPO: each robot by itself
 # The advantage of a decision is what came of it less what was expected [E2]; `gae`
@@ -54,7 +55,8 @@ R_a = poca.lambda_returns(r[:1], V[:1], V[1], gamma, lambd)
 R_b = poca.lambda_returns(r, V, tensor(0.0), gamma, lambd)
 print("returns:  A", R_a.tolist(), " B", R_b.tolist())
 #> returns:  A [3.0]  B [3.25, 3.5, 3.0]
-group_a, group_b = R_a - V[:1], R_b - V
+group_a = R_a - V[:1]
+group_b = R_b - V
 print("less V:   A", group_a.tolist(), " B", group_b.tolist())
 #> less V:   A [1.0]  B [1.25, 0.5, 1.0]
 
@@ -65,8 +67,10 @@ print("less V:   A", group_a.tolist(), " B", group_b.tolist())
 # of the group, given what the robot's mates did, but not what it did itself. A's
 # baseline is 2, as before: what B does makes no difference. B's is 3: A went.
 
-b_a, b_b = tensor([2.0]), tensor([3.0, 3.0, 2.0])
-poca_a, poca_b = R_a - b_a, R_b - b_b
+b_a = tensor([2.0])
+b_b = tensor([3.0, 3.0, 2.0])
+poca_a = R_a - b_a
+poca_b = R_b - b_b
 print("less b:   A", poca_a.tolist(), " B", poca_b.tolist())
 #> less b:   A [1.0]  B [0.25, 0.5, 1.0]
 
@@ -86,8 +90,9 @@ COLOURS = "#9a9a9a", "#e0a030", "#0868ac"
 figure = Figure(figsize=(7, 4), layout="constrained")
 axes = figure.subplots()
 for k, (step, parts) in enumerate(steps.items()):
-    x, height = np.arange(4) + 0.27 * (k - 1), torch.cat(parts).tolist()
-    bars = axes.bar(x, height, width=0.25, label=step, color=COLOURS[k])
+    x = np.arange(4) + 0.27 * (k - 1)
+    heights = torch.cat(parts).tolist()
+    bars = axes.bar(x, heights, width=0.25, label=step, color=COLOURS[k])
     axes.bar_label(bars, fmt="{:+.2f}", padding=2, fontsize=8)
 axes.axhline(0, color="#333333", lw=1)
 axes.set(xticks=range(4), xticklabels=names, ylim=(-0.8, 2.4), ylabel="advantage")
@@ -104,7 +109,9 @@ print(drawing.save(figure, "out/07_advantages.png"))
 # the gradient is 0.
 
 rho = tensor([[1.5, 1.0], [0.5, 1.1]], requires_grad=True)
-loss = ppo.policy_loss(rho.log(), torch.zeros(2, 2), tensor([1.0, -0.5]), epsilon=0.2)
+A = tensor([1.0, -0.5])  # of two decisions
+old = torch.zeros(2, 2)  # logarithms of the old probabilities, which are 1
+loss = ppo.policy_loss(rho.log(), old, A, epsilon=0.2)
 loss.backward()
 print(f"{loss.item():.4f}")
 #> -0.3125
@@ -115,10 +122,12 @@ print([[round(x, 3) + 0.0 for x in row] for row in rho.grad.tolist()])
 # losses are squares. The value's is not clipped, the baseline's is: this one has moved
 # from 2 to 2.5 on its way to 3, but only 2.2 counts.
 
-print(f"{ppo.value_loss(tensor([2.5]), tensor([3.0])).item():.2f}")
+now = tensor([2.5])
+before = tensor([2.0])
+goal = tensor([3.0])
+print(f"{ppo.value_loss(now, goal).item():.2f}")
 #> 0.25
-baseline = poca.baseline_loss(tensor([2.5]), tensor([2.0]), tensor([3.0]), epsilon=0.2)
-print(f"{baseline.item():.2f}")
+print(f"{poca.baseline_loss(now, before, goal, epsilon=0.2).item():.2f}")
 #> 0.64
 
 # %% The same game, learned
@@ -138,27 +147,39 @@ def seen(t: int, went: bool) -> np.ndarray:
 @torch.no_grad()
 def play(actor, rng) -> Trajectory:
     """One episode; A's first decision is all that matters."""
-    went, rows = False, []
+    went = False
+    vectors = []
+    alive = []
+    actions = []
+    log_probs = []
     for t in range(3):
-        policy = actor(tensor(seen(t, went)[None]), torch.zeros(1, 1, 20, 20))
-        action = policy.act(tensor(rng.normal(size=(1, 2, 1)), dtype=torch.float32))
-        log_probs = policy.log_probs(action)
-        rows.append((seen(t, went), [not went, True], action[0], log_probs[0]))
-        went = went or (t == 0 and action[0, 0].item() > 0)
-    vectors, alive, actions, log_probs = (np.stack(x) for x in zip(*rows, strict=True))
+        vectors.append(seen(t, went))
+        alive.append([not went, True])
+        policy = actor(tensor(vectors[t][None]), torch.zeros(1, 1, 20, 20))
+        noise = tensor(rng.normal(size=(1, 2, 1)), dtype=torch.float32)
+        action = policy.act(noise)
+        actions.append(action[0])
+        log_probs.append(policy.log_probs(action)[0])
+        if t == 0:
+            went = action[0, 0].item() > 0
+    vectors.append(seen(3, went))
+    alive.append([False, False])  # nobody is cut off by time
+    last = rng.choice([1000, 3000]) if went else 1000
     return Trajectory(
-        vectors=np.stack([*vectors, seen(3, went)]),
+        vectors=np.stack(vectors),
         grids=np.zeros((4, 1, 20, 20), np.uint8),
-        alive=np.stack([*alive, [False, False]]),  # nobody is cut off by time
-        actions=actions,
-        log_probs=log_probs,
-        rewards=np.array([0, 1000, rng.choice([1000, 3000])] if went else [0, 0, 1000]),
+        alive=np.array(alive),
+        actions=np.stack(actions),
+        log_probs=np.stack(log_probs),
+        rewards=np.array([0, 1000 if went else 0, last]),
     )
 
 
 def learn(kind, updates: int = 15) -> list[float]:
     """Train a learner; return how often A goes, update by update."""
-    learner, rng, often = kind(settings, SIZES, seed=0), np.random.default_rng(0), []
+    learner = kind(settings, SIZES, seed=0)
+    rng = np.random.default_rng(0)
+    often = []
     for _ in range(updates):
         episodes = [play(learner.actor, rng) for _ in range(40)]
         often.append(np.mean([not episode.alive[1, 0] for episode in episodes]))
@@ -176,7 +197,8 @@ class Forgetful(poca.Learner):
     """MA-POCA without posthumous credit."""
 
     def next_values(self, t, ends):
-        at_work = torch.from_numpy(t.alive[[end + 1 for end in ends]])
+        after = [end + 1 for end in ends]
+        at_work = torch.from_numpy(t.alive[after])
         return super().next_values(t, ends) * at_work
 
 
@@ -188,7 +210,8 @@ curves = {
     "PPO": learn(ppo.Learner),
 }
 for name, often in curves.items():
-    print(f"{name + ':':<26} A", "goes" if np.mean(often[-5:]) > 0.5 else "waits")
+    at_last = "goes" if np.mean(often[-5:]) > 0.5 else "waits"
+    print(f"{name + ':':<26} A {at_last}")
 #> MA-POCA:                   A goes
 #> without posthumous credit: A waits
 #> PPO:                       A waits

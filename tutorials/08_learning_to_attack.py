@@ -148,7 +148,8 @@ def total(episodes: list[Episode], fact: str) -> int:
 
 
 before = evenings(SEEDS)
-out, refused = total(before, "evacuated"), total(before, "refused")
+out = total(before, "evacuated")
+refused = total(before, "refused")
 choices = sum(len(episode.fire.actions) for episode in before)
 print(f"before: {out} get out, {refused} of {choices} choices are refused")
 #> before: 128 get out, 15 of 58 choices are refused
@@ -178,11 +179,12 @@ def places(episodes: list[Episode]) -> np.ndarray:
     """Metres of all choices but those in walls, (2, n)."""
     raw = np.concatenate([episode.fire.actions[:, 0, :2] for episode in episodes])
     numbers = raw.clip(-3, 3) / 3  # as the environment gets them
-    chosen = [fire_decision(gallery, np.array([0.0, *xy])) for xy in numbers]
-    metres = np.array([metres for _, *metres in chosen])
+    decisions = [fire_decision(gallery, np.array([0.0, x, y])) for x, y in numbers]
+    metres = np.array([(x, y) for _, x, y in decisions])
     centres = navigation_of(gallery).centres[gallery.walkable.ravel()]
-    off = abs(metres[:, None] - centres).max(axis=2).min(axis=1)
-    return metres[off < 0.5].T  # in a cell, half a metre from its centre
+    off = abs(metres[:, None] - centres).max(axis=2)  # of each choice from each cell
+    on_floor = (off < 0.5).any(axis=1)  # a cell reaches half a metre from its centre
+    return metres[on_floor].T
 
 
 figure = drawing.top(gallery)
@@ -201,9 +203,11 @@ class Ambush:
     """Light the free cell that is nearest to the exit on foot."""
 
     def decide(self, world, rng):
-        nav, (way_out,) = navigation_of(world.building), world.building.exits
+        nav = navigation_of(world.building)
+        (way_out,) = world.building.exits
         metres = np.where(free_places(world), nav.distance_to(way_out), np.inf)
-        return 0, *nav.centres[metres.argmin()].tolist()
+        x, y = nav.centres[metres.argmin()].tolist()
+        return 0, x, y
 
 
 ambushed = saved(scripted(Ambush()))

@@ -42,9 +42,10 @@ print(f"R_w {worst_reward():,.0f}, R_b {best_reward(institute):,.0f}")
 # Eq. 4 grows by the same factor b every thousand points. Two critical points fix it:
 # the worst reward, and the one from which y should "explode" [F2].
 
-print(f"b = {paper_ruler().base:.4f}, 1/c = {1 / paper_ruler().control:.3f}")
+of_paper = paper_ruler()
+print(f"b = {of_paper.base:.4f}, 1/c = {1 / of_paper.control:.3f}")
 for reward in (-12000, 0, 10000, 14000, 15000):
-    print(f"R {reward:6}: y = {paper_ruler().reward_part(reward):8.2f}")
+    print(f"R {reward:6}: y = {of_paper.reward_part(reward):8.2f}")
 #> b = 1.4251, 1/c = 7.017
 #> R -12000: y =     0.10
 #> R      0: y =     7.02
@@ -63,7 +64,7 @@ people = people_in(Simulation(institute, Scenario()).world)  # before they set o
 burnt = np.full(institute.kind.shape, np.inf)
 print(f"nothing burns: {difficulty(institute, burnt, people):.0f}")
 for name in ("1/exit-1", "1/exit-2"):
-    mark = next(m for m in institute.landmarks if m.id == name)
+    mark = institute.landmark_of[name]
     burnt.ravel()[cells_around_clearance(institute, mark.index)] = 60.0
     print(f"{name} closed from 60 s on: {difficulty(institute, burnt, people):.0f}")
 at_once = np.zeros_like(burnt)
@@ -84,8 +85,8 @@ print(f"the most there is: {hardest():.0f}")
 # reward and mean difficulty.
 
 for rewards in ([10000, 10000], [15000, 5000]):
-    alone = np.mean([paper_ruler().score(reward, 1000) for reward in rewards])
-    together = paper_ruler().score(np.mean(rewards), 1000)
+    alone = np.mean([of_paper.score(reward, 1000) for reward in rewards])
+    together = of_paper.score(np.mean(rewards), 1000)
     print(f"{rewards}: mean of scores {alone:.2f}, score of means {together:.2f}")
 #> [10000, 10000]: mean of scores 0.21, score of means 0.21
 #> [15000, 5000]: mean of scores 0.51, score of means 0.21
@@ -102,8 +103,10 @@ evaluation = comparing.begin_evaluation(
     episodes=24,
 )
 results = comparing.play_evaluation(evaluation, None, InProcess())
-for cell in cells(results, paper_ruler()):
-    R, h, E = cell.reward.mean, cell.difficulty.mean, cell.score.mean
+for cell in cells(results, of_paper):
+    R = cell.reward.mean
+    h = cell.difficulty.mean
+    E = cell.score.mean
     print(f"{cell.robots:6} {cell.fire:6} R {R:6.0f}  h {h:4.0f}  E {E:.3f}")
 #> none   none   R   2044  h    0  E 0.009
 #> none   random R    859  h 1248  E 0.111
@@ -123,9 +126,9 @@ for cell in cells(results, paper_ruler()):
 # scores as much as the third with the hardest, by β they score 1 on average.
 
 museum = building_of(evaluation.arena.plan)
-points = critical_points(museum, evaluation.arena.scenario)
-print("critical points:", points)
-ruler = comparing.ruler_of(results, "sweep", *points)
+worst, best = critical_points(museum, evaluation.arena.scenario)
+print("critical points:", (worst, best))
+ruler = comparing.ruler_of(results, "sweep", worst, best)
 print(f"b = {ruler.base:.3f}, k = {ruler.k:.3g}, beta = {ruler.beta:.0f}")
 for cell in cells(results, ruler):
     score, low, high = cell.score

@@ -18,6 +18,7 @@ import shapely
 from reference import Scenario, Simulation, load
 from reference.workshop.measuring.recording import record
 from reference.workshop.measuring.validation import MEASURED, ONE_WAY
+from reference.world import Evacuated
 
 # %% A recording
 # A hundred people are in the canteen of the paper's building. There is no smoke, so
@@ -53,7 +54,8 @@ print("positions outside the walls:", outside.sum())
 line = pedpy.MeasurementLine([(19, -16.3), (19, -13.7)])
 passed, _ = pedpy.compute_n_t(traj_data=paths, measurement_line=line)
 exit_2 = crowd.building.landmark_of["1/exit-2"].index
-left = [event for event in crowd.events if getattr(event, "landmark", None) == exit_2]
+evacuated = [event for event in crowd.events if isinstance(event, Evacuated)]
+left = [event for event in evacuated if event.landmark == exit_2]
 print("all who left were counted:", passed.cumulative_pedestrians.max() == len(left))
 #> all who left were counted: True
 
@@ -71,8 +73,9 @@ cells = pedpy.compute_individual_voronoi_polygons(
 speeds = pedpy.compute_individual_speed(traj_data=paths, frame_step=3)
 felt = some.merge(cells, on=["id", "frame"]).merge(speeds, on=["id", "frame"])
 felt = felt[felt.x.between(14, 19) & felt.y.between(-18, -12)]
-slower = felt.speed[felt.density > 2].mean() < felt.speed[felt.density < 1].mean()
-print("slower where it is dense:", slower)
+where_dense = felt.speed[felt.density > 2].mean()
+where_sparse = felt.speed[felt.density < 1].mean()
+print("slower where it is dense:", where_dense < where_sparse)
 #> slower where it is dense: True
 
 # %% The picture

@@ -23,22 +23,23 @@ from reference.world import FireLit
 # `fixed` lights cells that can burn, in the same order, whatever people do: those
 # nearest to the exits, then those nearest to the entrances of stairwells.
 
-institute, SEEDS = load("paper"), range(8)
+institute = load("paper")
 
 
 def played(robots, fire):
     """Play eight evacuations; robots, fire: functions that make a strategy."""
-    runs = [
-        Simulation(institute, Scenario(), robots(), fire(), seed) for seed in SEEDS
-    ]
+    runs = []
+    for seed in range(8):
+        runs.append(Simulation(institute, Scenario(), robots(), fire(), seed))
     with one_thread():
         run_in_lockstep(runs)
     return runs
 
 
 def saved(runs):
-    """Share of people who got out alive."""
-    return f"{sum(run.outcome().evacuated for run in runs) / (40 * len(runs)):.0%}"
+    """Share of people who got out alive, in per cent."""
+    out = sum(run.outcome().evacuated for run in runs)
+    return f"{out / (40 * len(runs)):.0%}"
 
 
 sequence = beside_ways_out(Simulation(institute).world)
@@ -60,13 +61,10 @@ guards = played(Guard, FixedFire)
 print("`guard` saves", saved(guards))
 #> `guard` saves 92%
 for name, runs in (("observer", leads), ("guard", guards)):
-    lit = Counter(
-        (event.floor, event.x, event.y) in sequence
-        for run in runs
-        for event in run.events
-        if isinstance(event, FireLit)
-    )
-    print(f"{name}: {lit[True]} of {lit.total()} fires in a cell of the sequence")
+    events = [event for run in runs for event in run.events]
+    fires = [event for event in events if isinstance(event, FireLit)]
+    as_usual = sum((fire.floor, fire.x, fire.y) in sequence for fire in fires)
+    print(f"{name}: {as_usual} of {len(fires)} fires in a cell of the sequence")
 #> observer: 64 of 64 fires in a cell of the sequence
 #> guard: 48 of 61 fires in a cell of the sequence
 
@@ -86,8 +84,9 @@ drawing.draw(watched, "out/12_guard.png")
 # most differences are luck; RESULTS.md has a hundred.
 
 for fire in ("none", "random", "busiest"):
-    both = (saved(played(robots, FIRES[fire])) for robots in (Observer, Guard))
-    print("{}: `observer` saves {}, `guard` {}".format(fire, *both))
+    by_observer = saved(played(Observer, FIRES[fire]))
+    by_guard = saved(played(Guard, FIRES[fire]))
+    print(f"{fire}: `observer` saves {by_observer}, `guard` {by_guard}")
 #> none: `observer` saves 98%, `guard` 96%
 #> random: `observer` saves 96%, `guard` 95%
 #> busiest: `observer` saves 69%, `guard` 72%
@@ -97,13 +96,14 @@ for fire in ("none", "random", "busiest"):
 # first, second, ... choices, and let that sequence burn without looking.
 
 busy = played(Observer, FIRES["busiest"])
-steps = zip(*(run.world.flames.sources for run in busy), strict=False)
+all_sources = [run.world.flames.sources for run in busy]
 own = []
-for number, sources in enumerate(steps, 1):
-    places = Counter((source.floor, source.x, source.y) for source in sources)
-    (place, often), *_ = places.most_common()
+for number in range(min(map(len, all_sources))):
+    nth = [sources[number] for sources in all_sources]
+    places = Counter((source.floor, source.x, source.y) for source in nth)
+    place = max(places, key=places.get)
     own.append(place)
-    print(f"fire {number}: its usual place in {often} of {len(busy)} evacuations")
+    print(f"fire {number + 1}: its usual place in {places[place]} of 8 evacuations")
 #> fire 1: its usual place in 5 of 8 evacuations
 #> fire 2: its usual place in 3 of 8 evacuations
 #> fire 3: its usual place in 2 of 8 evacuations

@@ -59,15 +59,24 @@ print("the mouth: floor {}, x {}, y {}".format(*mouth))
 # fire starts where a robot stands [D6]; one that was refused may try again 25 s later.
 
 quick = dict(hidden_units=32, spread=0.2, learning_rate_schedule="constant")
-of_robots = dict(batch_size=256, buffer_size=300, num_epoch=4, gamma=0.97)
-of_fire = dict(batch_size=16, buffer_size=24, num_epoch=10, learning_rate=0.01)
-tiny = preset("tiny")
-robots = learner_for(
-    "robots", PLAN, evening, replace(tiny.robots, **quick, **of_robots), seed=0
+of_robots = replace(
+    preset("tiny").robots,
+    **quick,
+    batch_size=256,
+    buffer_size=300,
+    num_epoch=4,
+    gamma=0.97,
 )
-fire = learner_for(
-    "fire", PLAN, evening, replace(tiny.fire, **quick, **of_fire), seed=0
+of_fire = replace(
+    preset("tiny").fire,
+    **quick,
+    batch_size=16,
+    buffer_size=24,
+    num_epoch=10,
+    learning_rate=0.01,
 )
+robots = learner_for("robots", PLAN, evening, of_robots, seed=0)
+fire = learner_for("fire", PLAN, evening, of_fire, seed=0)
 
 
 def evenings(guides, foe) -> list[Episode]:
@@ -98,14 +107,15 @@ seeds = iter(range(1000, 10_000))
 
 def act(guides, foe, rounds: int) -> list[float]:
     """Let whoever is a learner learn; return how many got out in each round."""
-    new = ([next(seeds) for _ in range(24)] for _ in range(rounds))
+    new = [[next(seeds) for _ in range(24)] for _ in range(rounds)]
     sides = {"robots": guides, "fire": foe}
     played = adversarial_rounds(PLAN, evening, sides, new, advance=advance_in_lockstep)
     return [out(episodes) for episodes in played]
 
 
 first = act(Escort(), fire, rounds=5)
-before, early = player_of(robots), player_of(fire)
+before = player_of(robots)
+early = player_of(fire)
 second = act(robots, early, rounds=10)
 after = player_of(robots)
 third = act(after, fire, rounds=5)
@@ -121,7 +131,8 @@ def at_mouth(foe) -> float:
     """Share of a fire's decisions that mean the mouth."""
     played = evenings(Escort(), foe)
     chosen = np.concatenate([episode.fire.actions[:, 0] for episode in played])
-    return np.mean(abs(10 * chosen[:, 1] - mouth[1]) < 1)  # x, in units of 10 m
+    x = 10 * chosen[:, 1]  # they are in units of 10 m
+    return np.mean(abs(x - mouth[1]) < 1)
 
 
 def refused(guides) -> float:
@@ -160,9 +171,10 @@ ACTS = (
 )
 start = 0
 for title, saved, colour in ACTS:
-    rounds = np.arange(start, start := start + len(saved))
+    rounds = start + np.arange(len(saved))
     race.plot(rounds, saved, marker="o", color=colour)
     race.text(rounds.mean(), 12.1, title, color=colour, ha="center", fontsize=9)
+    start += len(saved)
     race.axvline(start - 0.5, color="#cccccc", lw=1)
 race.set(xlabel="rounds of 24 evenings", xticks=range(0, start, 2))
 race.set(ylabel="people out, of 12", ylim=(9, 12.6))
@@ -191,4 +203,4 @@ print(drawing.save(figure, "out/13_arms_race.png"))
 # play 24 evenings against a fire that tries the mouth alone, and against one that tries
 # the cell before the door alone, at x = 5.5. Guess first: what does the guard gain,
 # what does it lose?
-# Hint: `FixedFire([place])` is such a fire, and `to_the_end(simulations)` plays.
+# Hint: `FixedFire([place])` is such a fire, and `run_in_lockstep(simulations)` plays.

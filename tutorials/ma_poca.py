@@ -67,7 +67,8 @@ class Game:
         if self.t == 0:
             self.gone = a[0, 0].item() > 0
         luck = 1.0 if torch.rand(()) < 0.5 else 3.0
-        r = ((0.0, 1.0, luck) if self.gone else (0.0, 0.0, 1.0))[self.t]
+        rewards = (0.0, 1.0, luck) if self.gone else (0.0, 0.0, 1.0)
+        r = rewards[self.t]
         self.t += 1
         alive = torch.tensor([not self.gone, True]) & (self.t < 3)
         return self._observed(), alive, r, self.t == 3
@@ -94,20 +95,26 @@ class Zoo:
 
     def reset(self) -> Tensor:
         self.seen: dict[str, Any] = {}
-        return self._observed(self.env.reset(seed=int(torch.randint(2**31, ())))[0])
+        seed = int(torch.randint(2**31, ()))
+        seen, _ = self.env.reset(seed=seed)
+        return self._observed(seen)
 
     def step(self, a: Tensor) -> tuple[Tensor, Tensor, float, bool]:
         acts = {n: self._action(x) for n, x in zip(self.names, a, strict=True)}
-        o, r, _, cut, _ = self.env.step({name: acts[name] for name in self.env.agents})
+        chosen = {name: acts[name] for name in self.env.agents}
+        seen, rewards, _, cut, _ = self.env.step(chosen)
+        r = sum(rewards.values()) / len(rewards)
+        over = not self.env.agents
         left = self.env.agents or [n for n in cut if cut[n]]  # at the end: see Episode
         alive = torch.tensor([name in left for name in self.names])
-        return self._observed(o), alive, sum(r.values()) / len(r), not self.env.agents
+        return self._observed(seen), alive, r, over
 
     def _action(self, a: Tensor) -> Any:
         if self.n:
             return int(a.argmax() + self.box.start)
         low, high = self.box.low, self.box.high
-        return low + (a.numpy().reshape(low.shape) + 1) / 2 * (high - low)
+        share = (a.numpy().reshape(low.shape) + 1) / 2
+        return low + share * (high - low)
 
     def _observed(self, seen: dict[str, Any]) -> Tensor:
         self.seen |= seen  # who has left keeps the last observation
@@ -322,7 +329,9 @@ class PPO:
     def critic_loss(self, b: Batch) -> Tensor:
         """0.5 · value loss, mean (V − y)²."""
         # TRAP 2. Many versions of PPO clip this loss. Here it is not; Q's is, below.
-        return 0.5 * (self.critic(b.o)[b.alive] - b.y[b.alive]).square().mean()
+        V = self.critic(b.o)[b.alive]  # (M,)
+        y = b.y[b.alive]  # (M,)
+        return 0.5 * (V - y).square().mean()
 
     def loss(self, b: Batch) -> Tensor:
         """policy loss + critic loss − β · entropy, over agents that are alive."""
@@ -341,8 +350,9 @@ class PPO:
         b = b._replace(A=(b.A - live.mean()) / (live.std(correction=0) + 1e-10))
         for _ in range(self.s.epochs):
             for rows in torch.randperm(len(b.o)).split(self.s.batch_size):
+                minibatch = Batch(*(x[rows] for x in b))
                 self.adam.zero_grad()
-                self.loss(Batch(*(x[rows] for x in b))).backward()
+                self.loss(minibatch).backward()
                 self.adam.step()
 
 
@@ -354,7 +364,8 @@ class MAPOCA(PPO):
     @torch.no_grad()
     def targets(self, e: Episode) -> Batch:
         """A = y − Q: more than was to be expected, knowing what the mates did."""
-        o, alive = e.o[:-1], e.alive[:-1]  # (T, G, D), (T, G)
+        o = e.o[:-1]  # (T, G, D)
+        alive = e.alive[:-1]  # (T, G)
         V = self.critic(o, alive)[:, None].expand(alive.shape)  # (T, G)
         # TRAP 3. Posthumous credit: after the end of an agent whose mates go on, V_end
         # is not 0. It is V of them, and of its own last observation. Only when all are
@@ -371,8 +382,9 @@ class MAPOCA(PPO):
         y = b.y[live]  # (M,)
         V = self.critic(b.o, live)[:, None].expand(live.shape)[live]  # (M,)
         Q = self.critic.counterfactual(b.o, b.a, live)[live]  # (M,)
+        of_value = (V - y).square().mean()
         of_baseline = baseline_loss(Q, b.Q[live], y, self.s.epsilon)
-        return 0.5 * ((V - y).square().mean() + 0.5 * of_baseline)
+        return 0.5 * (of_value + 0.5 * of_baseline)
 
 
 UPDATES = 20
@@ -412,7 +424,10 @@ def main(module: str = "", updates: int = UPDATES) -> dict[str, Tensor]:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:2], *map(int, sys.argv[2:]))
+    asked = sys.argv[1:]
+    module = asked[0] if asked else ""
+    updates = int(asked[1]) if len(asked) > 1 else UPDATES
+    main(module, updates)
 #> MAPOCA ends at 3
 #> PPO ends at 1
 

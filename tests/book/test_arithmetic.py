@@ -43,7 +43,8 @@ def played() -> dict[str, np.ndarray]:
     house = Simulation(load("paper"), Scenario(), Sweep(), RandomFire(), seed=1)
     found = {}
     for name, simulation in (("hall", crowd), ("paper", house)):
-        bodies, places = simulation.world.bodies, []
+        bodies = simulation.world.bodies
+        places = []
         while not simulation.done:
             simulation.step()
             robots = [robot.position for robot in simulation.world.robots]

@@ -285,7 +285,8 @@ def test_ways_open_again_when_the_scenarios_flames_have_burnt_out():
 def test_every_metre_of_the_way_counts_the_same():
     """Who is cut off in the first room has not lost the rest, if out of it by then."""
     building = built(TWO_ROOMS)
-    inner, outer = 5**0.5, 4.0  # metres: to the door, and from there to the exit
+    inner = 5**0.5  # metres to the door
+    outer = 4.0  # metres from there to the exit
     people = np.zeros(2)
     people[room(building, 0)] = 3
     h = difficulty(building, burning(building, building.kind == Kind.DOOR), people)

@@ -32,7 +32,8 @@ def pair(kind, dtype):
     same = {"hidden": table.hidden_units, "layers": table.num_layers}
     same |= {"gamma": table.gamma, "lam": table.lambd}
     same |= {"beta": table.beta, "epsilon": table.epsilon}
-    V, K = SIZES.vector, SIZES.continuous
+    V = SIZES.vector
+    K = SIZES.continuous
     ours = LEARNERS_HERE[kind](V, K, ma_poca.Settings(**same))
     theirs = LEARNERS[kind](table, SIZES, seed=1)
     for network in (ours.actor, ours.critic, theirs.actor, theirs.critic):
@@ -128,7 +129,9 @@ class Parallel:
 
     def reset(self, seed):
         """Begin at time 0."""
-        self.agents, self.time, self.taken = ["a", "b"], 0, []
+        self.agents = ["a", "b"]
+        self.time = 0
+        self.taken = []
         return self.seen(), {}
 
     def seen(self):
@@ -137,7 +140,8 @@ class Parallel:
 
     def step(self, actions):
         """One more; the reward is the same for all."""
-        there, self.time = self.agents, self.time + 1
+        there = self.agents
+        self.time += 1
         self.taken.append(actions)
         self.agents = [["a", "b"], ["a"], ["a"], []][self.time - 1]
         seen = {agent: np.full(2, float(self.time)) for agent in there}

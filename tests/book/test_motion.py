@@ -19,14 +19,20 @@ STRIDE = WALKING_SPEED * TICK
 
 def walk(position, aim, ticks, free=None, pace=WALKING_SPEED):
     """Positions of bodies at every tick; free: (k, 2) metres -> (k,) bool."""
-    position, aim = np.array(position, float), np.array(aim, float)
-    floor, speed = np.zeros(len(position), int), np.full(len(position), pace)
-    free = free or (lambda at: np.ones(len(at), bool))
-    track, rng = [position], np.random.default_rng(0)
+    track = [np.array(position, float)]
+    aim = np.array(aim, float)
+    floor = np.zeros(len(aim), int)
+    speed = np.full(len(aim), pace)
+    rng = np.random.default_rng(0)
+    free = free or everywhere
     for _ in range(ticks):
-        facts = track[-1], floor, aim, speed, lambda at, _: free(at)
-        track.append(moved(*facts, rng))
+        track.append(moved(track[-1], floor, aim, speed, lambda at, _: free(at), rng))
     return np.array(track)
+
+
+def everywhere(at):
+    """There is no wall."""
+    return np.ones(len(at), bool)
 
 
 def moved(position, floor, aim, pace, free, rng):
@@ -97,9 +103,11 @@ def test_speed_falls_with_the_gap_ahead():
 def test_people_on_different_floors_do_not_meet():
     """They stand in the same spot and walk as if alone."""
     at = np.zeros((2, 2))
-    floors, aim = np.array([0, 1]), np.array([[5.0, 0], [5.0, 0]])
-    speed, free = np.full(2, WALKING_SPEED), lambda p, who: np.ones(len(p), bool)
-    one, other = moved(at, floors, aim, speed, free, np.random.default_rng(0))
+    floors = np.array([0, 1])
+    aim = np.array([[5.0, 0], [5.0, 0]])
+    speed = np.full(2, WALKING_SPEED)
+    rng = np.random.default_rng(0)
+    one, other = moved(at, floors, aim, speed, lambda p, _: everywhere(p), rng)
     assert np.array_equal(one, other)
     assert np.hypot(*one) == pytest.approx(WALKING_SPEED * TICK)
 
@@ -108,7 +116,8 @@ def test_people_on_different_floors_do_not_meet():
 def test_neighbours_are_found_in_the_order_of_their_numbers():
     """Each pair once, as far apart as NEIGHBOUR_METRES at most, on one floor."""
     rng = np.random.default_rng(0)
-    at, floor = rng.uniform(0, 9, (60, 2)), rng.integers(0, 2, 60)
+    at = rng.uniform(0, 9, (60, 2))
+    floor = rng.integers(0, 2, 60)
     found = motion.neighbours(at, floor, np.full(60, WALKING_SPEED), TICK)
     pairs = combinations(range(60), 2)
     expected = [
@@ -168,12 +177,14 @@ def test_who_stands_steps_aside_for_who_walks_at_them_and_comes_back():
 def test_chance_moves_only_who_is_held_up():
     """Whoever walks freely walks the same way, however the others shuffle."""
     start = np.array([[0.0, 0], [9.8, 0], [9.3, 0]])
-    aim, floor = np.array([[-40.0, 0], [40, 0], [40, 0]]), np.zeros(3, int)
+    aim = np.array([[-40.0, 0], [40, 0], [40, 0]])
+    floor = np.zeros(3, int)
+    pace = np.full(3, WALKING_SPEED)
     ends = []
     for seed in range(2):
-        at, rng = start, np.random.default_rng(seed)
+        at = start
+        rng = np.random.default_rng(seed)
         for _ in range(5):
-            pace = np.full(3, WALKING_SPEED)
             at = moved(at, floor, aim, pace, lambda p, _: p[:, 0] < 10, rng)
         ends.append(at)
     assert np.array_equal(ends[0][0], ends[1][0])
@@ -183,7 +194,8 @@ def test_chance_moves_only_who_is_held_up():
 @pytest.mark.paper("A9", "chosen")
 def test_two_crowds_pass_each_other_in_a_door():
     """Twenty each way through one metre, in less time than a minute and a half."""
-    room, wall = "......", "###############"
+    room = "......"
+    wall = "###############"
     rows = [f"E{room}+{room}E", *3 * [f"#{room}#{room}#"]]
     building = build_floors([wall, *rows, wall])
     west, east = sorted(building.exits, key=lambda m: building.landmarks[m].position)

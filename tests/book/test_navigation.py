@@ -44,7 +44,8 @@ def test_a_way_pulled_straight_never_cuts_a_corner(rows):
     nav = navigation_of(building)
     start = building.kind.shape[2] + 1
     for goal in np.flatnonzero(nav.walkable).tolist():
-        length, corners = nav.distances([goal])[start], nav.way(start, goal)
+        length = nav.distances([goal])[start]
+        corners = nav.way(start, goal)
         assert bool(corners) == np.isfinite(length)
         line = nav.centres[[start, *corners]]
         assert np.hypot(*np.diff(line, axis=0).T).sum() <= length + 1e-9
@@ -192,10 +193,13 @@ def test_a_plain_search_by_that_rule_finds_the_same_ways(name):
 def searched(nav, goals, cost):
     """Dijkstra's search: the nearest place first, of equally near ones the highest."""
     floor = goals[0] // nav.floor_size
-    steps, first = nav.steps[floor], floor * nav.floor_size
-    d, after = np.full(nav.places, np.inf), np.arange(nav.places)
+    steps = nav.steps[floor]
+    first = floor * nav.floor_size
+    d = np.full(nav.places, np.inf)
+    after = np.arange(nav.places)
     d[goals] = 0
-    heap, done = [(0.0, -p) for p in goals], set()
+    heap = [(0.0, -p) for p in goals]
+    done = set()
     heapify(heap)
     while heap:
         metres, p = heappop(heap)
@@ -207,6 +211,7 @@ def searched(nav, goals, cost):
         for q, step in zip(steps.indices[row] + first, steps.data[row], strict=True):
             further = metres + step * max(cost[p], cost[q])
             if further < d[q]:  # only what is strictly shorter
-                d[q], after[q] = further, p
+                d[q] = further
+                after[q] = p
                 heappush(heap, (further, -q))
     return d, after

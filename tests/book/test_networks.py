@@ -232,7 +232,8 @@ def test_without_noise_the_mean_action_is_taken():
 def test_noise_makes_samples_of_the_distribution():
     """Normal numbers are scaled and shifted, Gumbel numbers pick by softmax."""
     rng = np.random.default_rng(0)
-    n, logits = 20_000, torch.tensor([1.0, 0.0, -1.0])
+    n = 20_000
+    logits = torch.tensor([1.0, 0.0, -1.0])
     noise = np.hstack([rng.standard_normal((n, 1)), rng.gumbel(size=(n, 3))])
     mean = torch.full((n, 1), 2.0)
     log_sigma = torch.tensor([math.log(3)])
@@ -253,7 +254,8 @@ def test_the_group_critic_agrees_with_one_that_encodes_every_mate_anew(G, dtype)
     """Values and all baselines, for groups of whoever is there."""
     rows = lives.doubled(lives.batch(8, G))
     critic = made(GroupCritic).to(dtype)
-    vectors, actions = rows.vectors.to(dtype), rows.actions.to(dtype)
+    vectors = rows.vectors.to(dtype)
+    actions = rows.actions.to(dtype)
     value, baselines = critic.with_baselines(vectors, rows.grids, rows.alive, actions)
     naive = oracle.group_worth(critic, vectors, rows.grids, rows.alive, actions)
     live = rows.alive
@@ -286,7 +288,8 @@ def test_the_critic_is_told_how_many_agents_are_there():
     rows = lives.doubled(lives.batch(4, 4))
     with torch.no_grad():
         critic.value.weight.zero_()
-        critic.value.weight[0, -1], critic.value.bias[:] = 1.0, 0.0
+        critic.value.weight[0, -1] = 1.0
+        critic.value.bias[:] = 0.0
     alone = torch.eye(4, dtype=torch.bool)
     assert critic(rows.vectors, rows.grids, alone).tolist() == [1.0] * 4
     growing = torch.ones(4, 4, dtype=torch.bool).tril()

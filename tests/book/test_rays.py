@@ -61,7 +61,8 @@ def test_the_sight_table_agrees_with_a_line_drawn_cell_by_cell(rows, reach):
 def test_people_see_each_other_exactly_where_there_is_a_line_of_sight():
     """A crowd of 200 on the paper's floors; nobody sees through walls or ceilings."""
     sim = Simulation(shipped("paper"), Scenario(people=200), seed=1)
-    bodies, centres = sim.world.bodies, sim.navigation.centres
+    bodies = sim.world.bodies
+    centres = sim.navigation.centres
     who = np.arange(0, 200, 10)
     views = look(sim.world, sim.sight, who)
     for i, seen in zip(who.tolist(), views, strict=True):
@@ -105,7 +106,8 @@ def rays(sim):
 def test_people_robots_and_flames_in_sight_are_told_apart():
     """And a robot is known by what it says."""
     sim = stage("#p.qR*..E")
-    seen, (robot,) = view(sim, "p"), sim.world.robots
+    seen = view(sim, "p")
+    (robot,) = sim.world.robots
     assert set(seen.bodies) == {body("q"), robot.body}
     assert seen.robots == {robot.body: robot.says}
     assert seen.burns([robot.place + 1]) and not seen.burns([robot.place])

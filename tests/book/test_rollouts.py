@@ -37,7 +37,8 @@ def played(scenario: Scenario) -> Episode:
 def replayed(episode: Episode, environment: Environment):
     """Take the recorded actions again: each side's rewards, one a decision; each
     agent's last observation; and whom time cut off."""
-    floors, paid = environment.building.floors, {"robots": [], "fire": []}
+    floors = environment.building.floors
+    paid = {"robots": [], "fire": []}
     seen, infos = environment.reset(episode.seed)
     fires = iter(episode.fire.actions[:, 0])
     for raw in episode.robots.actions:

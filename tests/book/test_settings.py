@@ -16,7 +16,8 @@ from reference.workshop.training.presets import (
     with_rows,
 )
 
-ROBOTS, FIRE = preset("paper").robots, preset("paper").fire
+ROBOTS = preset("paper").robots
+FIRE = preset("paper").fire
 
 
 def refusal(make, **rows) -> str:
@@ -70,7 +71,8 @@ def test_every_preset_trains_a_group_against_one_fire(name):
 
 def test_a_round_of_tiny_fills_the_buffers():
     """Otherwise whole rounds would end without an update."""
-    tiny, floors = preset("tiny"), 2
+    tiny = preset("tiny")
+    floors = 2
     episodes = tiny.episodes_per_job * tiny.jobs_per_round
     decisions = tiny.scenario.time_limit / tiny.scenario.decision_seconds
     robots = tiny.scenario.robots_per_floor * floors

@@ -129,7 +129,8 @@ def buildings(draw):
     text = f"building: any\nsize: {east[-1] + 1} x {south[-1] + 1}\n"
     for floor in range(floors):
         rows = np.full((south[-1] + 1, east[-1] + 1), ".")
-        rows[south], rows[:, east] = "#", "#"
+        rows[south] = "#"
+        rows[:, east] = "#"
         for row, col in np.ndindex(down, across):
             y = south[row] + 1
             x = east[col] + 1  # of doors west and north
@@ -201,10 +202,8 @@ def test_a_copy_runs_on_like_the_original_and_leaves_it_alone(robots):
 def test_another_seed_gives_other_people_and_flames_and_other_robots_do_not():
     """So that strategies are compared on the same emergencies."""
     begun = [run(robots=r, seed=k) for r, k in (("sweep", 0), ("none", 0), ("none", 1))]
-    people, flames = (
-        [sim.world.bodies.position for sim in begun],
-        [sim.spread.delays.data for sim in begun],
-    )
+    people = [sim.world.bodies.position for sim in begun]
+    flames = [sim.spread.delays.data for sim in begun]
     for one, again, other in (people, flames):
         assert np.array_equal(one, again) and not np.array_equal(one, other)
 
@@ -261,7 +260,8 @@ def test_health_falls_on_the_stairs_too():
 @pytest.mark.paper("B7")
 def test_the_dead_stand_in_nobodys_way():
     """Where q has died p walks as if nobody had ever been there."""
-    ways, gone = [], str.maketrans("qx", "..")
+    ways = []
+    gone = str.maketrans("qx", "..")
     for board in ("#p..q..E", "#p.....E"):
         sim = stage(board, sight_range=8, leads="p")
         sim.world.bodies.health[1:] = 0
@@ -274,7 +274,8 @@ def test_the_dead_stand_in_nobodys_way():
 def test_the_outcome_adds_up(limit):
     """People, mean health of who got out, person-seconds, and the reward, by hand."""
     sim = run(seed=6, time_limit=limit)
-    inside, before = 0.0, sim.world.bodies.inside.sum()
+    inside = 0.0
+    before = sim.world.bodies.inside.sum()
     for _ in ticks(sim):
         inside += before * sim.tick
         before = sim.world.bodies.inside.sum()
@@ -348,8 +349,10 @@ LANDING = "#AA+p...E\n\n#AA+q...#"
 def test_people_wait_on_the_stairs_until_the_entrance_is_free():
     """p stands in it for a while; q comes out only when p has gone."""
     sim = stage(LANDING)
-    people, entrance = sim.world.bodies, sim.building.stairwells[0].entrances[0][0]
-    people.pace[0], people.position[0] = 0, sim.building.landmarks[entrance].position
+    people = sim.world.bodies
+    entrance = sim.building.stairwells[0].entrances[0][0]
+    people.pace[0] = 0
+    people.position[0] = sim.building.landmarks[entrance].position
     people.place[0] -= 1
     play(sim, paper.stairs_seconds() + 6)
     assert not people.walking[1]
@@ -395,7 +398,8 @@ class NeverFull(Simulation):
 @pytest.mark.parametrize("frames", [2, 10])
 def test_an_exit_lets_a_limited_flow_through(frames):
     """DOOR_FLOW people per second and metre, whatever the tick."""
-    scene, seconds = Scenario(people=48, sight_range=14, frames_per_tick=frames), []
+    scene = Scenario(people=48, sight_range=14, frames_per_tick=frames)
+    seconds = []
     for kind in (Simulation, NeverFull):
         sim = kind(built(PARLOUR), scene)
         sim.run()

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from movies import (
     body,
+    events_of,
     mark,
     mind,
     play,
@@ -49,7 +50,9 @@ class Probe:
     """A robot or a fire that notes what it is shown, and decides always the same."""
 
     def __init__(self, look, decision):
-        self.look, self.decision, self.saw = look, decision, []
+        self.look = look
+        self.decision = decision
+        self.saw = []
 
     def decide(self, world, *_):
         """Note it."""
@@ -92,14 +95,19 @@ def test_people_on_the_stairs_are_not_seen():
 def test_robots_and_fire_see_the_same_world():
     """Robots do not see the fire that breaks out now; the fire sees them unmoved."""
     board = "#p..R......E"
-    robots = Probe(
-        lambda w: (w.robots[0].position[0], len(w.flames.sources)), [(4.5, 0.5)]
-    )
-    fire = Probe(lambda w: w.robots[0].position[0], (0, 3.5, 0.5))
+
+    def robot_at(world):
+        return world.robots[0].position[0]
+
+    def robot_at_and_fires(world):
+        return robot_at(world), len(world.flames.sources)
+
+    robots = Probe(robot_at_and_fires, [(4.5, 0.5)])
+    fire = Probe(robot_at, (0, 3.5, 0.5))
     hurry = {"decision_seconds": 1, "sight_range": 1.5}
     sim = stage(board, robots=robots, fire=fire, **hurry)
     sim.world.bodies.pace[:] = 0
-    play_until(sim, lambda: any(isinstance(e, FireLit) for e in sim.events))
+    play_until(sim, lambda: events_of(sim, FireLit))
     assert robots.saw[-1] == (fire.saw[0], 0)
     assert sim.world.robots[0].position[0] > fire.saw[0]
 
@@ -218,7 +226,8 @@ def test_health_falls_before_deaths_are_settled():
     """Who has less than a tick's loss left dies in this tick, not in the next."""
     sim = stage("#p.....E", health={"p": LOSS / 2})
     assert [type(event) for event in sim.step()] == [Died]
-    assert sim.world.bodies.fate[0] == Fate.DEAD and sim.world.bodies.health[0] == 0
+    assert sim.world.bodies.fate[0] == Fate.DEAD
+    assert sim.world.bodies.health[0] == 0
     assert show(sim) == "#x.....E"
 
 
@@ -248,7 +257,8 @@ def test_a_door_fires_once_for_who_walks_through_it():
 def test_a_burnt_door_is_passed_without_being_remembered(burnt):
     """It is no landmark any more [A6]; the hole that it leaves is walked through."""
     sim = stage("#.p+....E", leads="p")
-    door, me = mark(sim, Kind.DOOR), mind(sim, "p")
+    door = mark(sim, Kind.DOOR)
+    me = mind(sim, "p")
     beyond = sim.navigation.cols + 4
     me.goal = Goal(Aim.THRESHOLD, door, beyond)
     sim.world.burnt = {door} if burnt else set()
@@ -262,7 +272,8 @@ def test_a_burnt_door_is_passed_without_being_remembered(burnt):
 def test_after_a_door_one_thinks_at_once(start):
     """In the very next tick, whatever one's turn: the body has the new goal."""
     sim = stage("#.p.+...E", leads="p")
-    bodies, me = sim.world.bodies, mind(sim, "p")
+    bodies = sim.world.bodies
+    me = mind(sim, "p")
     bodies.position[0, 0] -= start
     bodies.place[0] = sim.navigation.place(0, *bodies.position[0])
     play_until(sim, lambda: me.doors)

@@ -90,7 +90,8 @@ def test_sizes_follow_from_the_building_and_the_scenario(name, people, robots, s
     assert fire_vector(sim).shape == (size,)
     grid = observations.grid(sim.world)
     assert grid.shape == observations.grid_shape(sim.building)
-    assert len(grid) == 3 * floors and min(grid.shape[1:]) >= 20
+    assert len(grid) == 3 * floors
+    assert min(grid.shape[1:]) >= 20
 
 
 # -- Number by number ---------------------------------------------------------------
@@ -122,7 +123,8 @@ def test_in_the_paper_all_observe_167_numbers_and_a_grid_of_9_by_40_by_40():
         "fires": (140, 164, 8),
         "fires_per_floor": (164, 167, 3),
     }
-    assert vectors(sim).shape == (6, 167) and fire_vector(sim).shape == (167,)
+    assert vectors(sim).shape == (6, 167)
+    assert fire_vector(sim).shape == (167,)
     assert vectors(sim).dtype == fire_vector(sim).dtype == np.float32
     assert observations.grid(sim.world).shape == (9, 40, 40)
 
@@ -133,7 +135,8 @@ def test_a_change_in_the_world_changes_exactly_its_numbers():
     sim = scene()
     here = np.flatnonzero(sim.world.bodies.floor == 0)
     off = sim.world.bodies.position[here] - sim.world.robots[0].position
-    nearest = here[np.argmin(np.hypot(*off.T))]
+    metres = np.hypot(*off.T)
+    nearest = here[metres.argmin()]
 
     def move(world):
         world.bodies.position[nearest, 1] += 1e-3
@@ -167,7 +170,8 @@ def test_the_number_of_robots_at_work_in_the_team_is_there():
     """Three on each floor, none above once all there are out; the fire: of all."""
     sim = scene(robots_per_floor=3)
     place = blocks(sim)["team"].start
-    assert (vectors(sim)[:, place] == 3).all() and fire_vector(sim)[place] == 9
+    assert (vectors(sim)[:, place] == 3).all()
+    assert fire_vector(sim)[place] == 9
     sim.world.bodies.fate[sim.world.bodies.floor == 2] = Fate.EVACUATED
     assert vectors(sim)[:, place].tolist() == [3] * 6 + [0] * 3
     assert fire_vector(sim)[place] == 6
@@ -231,7 +235,8 @@ def test_after_the_observer_come_its_team_and_then_the_others():
 def test_people_of_the_own_floor_come_nearest_first():
     """p is 3 m from the robot of its floor, q is 4 m; then those upstairs."""
     sim = stage(TWO_FLOORS)
-    p, q, r, s = np.column_stack([sim.world.bodies.position, [0, 0, 1, 1]]).tolist()
+    bodies = sim.world.bodies
+    p, q, r, s = np.column_stack([bodies.position, bodies.floor]).tolist()
     assert decoded(sim, k=0).humans.tolist() == [p, q, r, s]
     assert decoded(sim, k=1).humans.tolist()[2:] == [p, q]
 
@@ -257,9 +262,8 @@ def test_the_fire_keeps_everybody_at_their_own_number():
     points = np.column_stack([bodies.position, bodies.floor])
     points[~bodies.inside] = paper.ABSENT_POINT
     assert np.array_equal(seen.humans, np.float32(points))
-    assert (
-        seen.humans[0].tolist() == list(paper.ABSENT_POINT) != seen.humans[1].tolist()
-    )
+    assert seen.humans[0].tolist() == list(paper.ABSENT_POINT)
+    assert seen.humans[1].tolist() != list(paper.ABSENT_POINT)
     robots = [[*robot.position, robot.floor] for robot in sim.world.robots]
     assert np.array_equal(seen.robots, np.float32(robots))
 
@@ -276,9 +280,8 @@ def test_robots_and_the_fire_are_told_the_same(name):
         assert sorted(robot.robots.tolist()) == sorted(fire.robots.tolist())
         for block in ("fires", "fires_per_floor", "time"):
             assert np.array_equal(getattr(robot, block), getattr(fire, block))
-    assert (
-        fire.fires != paper.ABSENT_POINT
-    ).any() and fire.time.item() == pytest.approx(30)
+    assert (fire.fires != paper.ABSENT_POINT).any()
+    assert fire.time.item() == pytest.approx(30)
 
 
 @pytest.mark.paper("E4", "deviation")
@@ -287,14 +290,15 @@ def test_a_scaled_vector_lies_between_its_bounds(name):
     """-1 is its lower bound, 1 its upper one, from the beginning to the end."""
     sim = scene(name, time_limit=30)
     layout = observations.vector_layout(sim.building, sim.scenario)
-    ends = np.stack([layout.low, (layout.low + layout.high) / 2, layout.high])
-    wanted = np.repeat([[-1.0], [0.0], [1.0]], layout.size, axis=1)
-    np.testing.assert_allclose(layout.scaled(ends), wanted, atol=1e-6)
-    assert layout.scaled(ends).dtype == np.float32
+    middle = (layout.low + layout.high) / 2
+    for vector, wanted in ((layout.low, -1), (middle, 0), (layout.high, 1)):
+        assert layout.scaled(vector) == pytest.approx(wanted, abs=1e-6)
+        assert layout.scaled(vector).dtype == np.float32
     while not sim.done:
         wait(sim, 5)
         now = layout.scaled(np.stack([fire_vector(sim), *vectors(sim)]))
-        assert (np.abs(now) <= 1 + 1e-6).all() and np.unique(now).size > 20
+        assert (np.abs(now) <= 1 + 1e-6).all()
+        assert np.unique(now).size > 20
     sim = scene(name, robots_per_floor=0, sources=0)  # both counts can only be 0
     layout = observations.vector_layout(sim.building, sim.scenario)
     assert (np.abs(layout.scaled(fire_vector(sim))) <= 1).all()
@@ -316,9 +320,15 @@ def test_actions_are_in_coordinates_of_the_main_body():
 def channel(sim, kind, floor):
     """One channel as rows of '.' and '#', its padding left out."""
     k = observations.GRID_KINDS.index(kind) * sim.building.floors + floor
-    left, bottom, right, top = sim.building.body
-    part = observations.grid(sim.world)[k, : int(top - bottom), : int(right - left)]
+    rows, cols = main_body(sim)
+    part = observations.grid(sim.world)[k, :rows, :cols]
     return ["".join(".#"[cell] for cell in row) for row in part]
+
+
+def main_body(sim):
+    """How many rows and columns of cells it has."""
+    left, bottom, right, top = sim.building.body
+    return int(top - bottom), int(right - left)
 
 
 @pytest.mark.paper("C3")
@@ -326,7 +336,9 @@ def test_the_grid_has_channels_for_walls_and_for_the_way_out():
     """The main body alone: the stairwell lies outside. Where a floor has no exit, the
     stairwell's entrances are the way out."""
     sim = stage(TWO_FLOORS)
-    walls, no, nothing = "##########", "#........#", ".........."
+    walls = "##########"
+    no = "#........#"
+    nothing = ".........."
     assert channel(sim, "walls", 1) == [walls, no, ".........#", no, walls]
     for floor, way_out in enumerate((".........#", "#.........")):
         rows = [nothing, nothing, way_out, nothing, nothing]
@@ -338,7 +350,8 @@ def test_the_grid_has_a_channel_for_what_burns():
     """Cells in flames, north above south, on their floor only; not ash."""
     lower = "#########\n#R.*....E\n#..**...#\n#########"
     upper = "#########\n#R...*,.E\n#.......#\n#########"
-    sim, none = stage(f"{lower}\n\n{upper}"), "." * 9
+    sim = stage(f"{lower}\n\n{upper}")
+    none = "." * 9
     assert channel(sim, "fires", 0) == [none, "...#.....", "...##....", none]
     assert channel(sim, "fires", 1) == [none, ".....#...", none, none]
 
@@ -348,10 +361,10 @@ def test_the_grid_has_a_channel_for_what_burns():
 def test_a_small_building_is_padded_with_nothing(name):
     """It fills the north-west corner."""
     sim = scene(name, seconds=30)
-    left, bottom, right, top = sim.building.body
+    rows, cols = main_body(sim)
     grid = observations.grid(sim.world).copy()
-    assert grid[:, 0, : int(right - left)].any()
-    grid[:, : int(top - bottom), : int(right - left)] = 0
+    assert grid[:, 0, :cols].any()
+    grid[:, :rows, :cols] = 0
     assert not grid.any()
 
 

@@ -16,7 +16,6 @@ from movies import (
     play,
     sets_off,
     shipped,
-    show,
     stage,
     thinks,
     view,
@@ -126,7 +125,8 @@ def test_a_decision_updates_destination_and_instruction():
     """The stairwell, then the middle of the floor."""
     script = Script((-4.5, -0.5), (2.5, -0.5))
     sim = stage(UPSTAIRS, robots=script, sight_range=1.5, still="p")
-    rows, told = [], []
+    rows = []
+    told = []
     for _ in range(2):
         play(sim, DECISION_SECONDS)
         rows.append(goes(sim).splitlines()[-1])
@@ -154,7 +154,8 @@ def test_a_step_goes_on_past_a_waypoint():
     robot.way = [robot.place, robot.place + 2 * sim.navigation.cols]
     robot.position = corner - (0.1, 0)
     sim.step()
-    assert robot.position == pytest.approx(corner - (0, ROBOT_SPEED * sim.tick - 0.1))
+    southward = ROBOT_SPEED * sim.tick - 0.1
+    assert robot.position == pytest.approx(corner - (0, southward))
     assert len(robot.way) == 1
     assert play(sim, 2) == "#####\n#...#\n#...#\n#pR.E\n#####"
 
@@ -168,10 +169,10 @@ def test_a_step_goes_on_past_a_waypoint():
 def test_a_destination_near_a_stairwell_becomes_its_centre(x, y):
     """A in the south, B in the north; every other destination is taken as it is."""
     building = shipped("paper")
-    far = [np.hypot(x - s.centre[0], y - s.centre[1]) for s in building.stairwells]
-    nearest = int(np.argmin(far))
-    near = far[nearest] <= NEAR_STAIRWELL
-    expected = building.stairwells[nearest].centre if near else (x, y)
+    centres = [stairwell.centre for stairwell in building.stairwells]
+    nearest = min(centres, key=lambda centre: dist(centre, (x, y)))
+    near = dist(nearest, (x, y)) <= NEAR_STAIRWELL
+    expected = nearest if near else (x, y)
     assert actual_target(building, 1, x, y) == expected
 
 
@@ -320,7 +321,8 @@ def test_a_robot_leads_around_flames_where_it_can(flame, passes):
     rows = set()
     for _ in range(40):
         sim.step()
-        rows.add(next(k for k, row in enumerate(show(sim).splitlines()) if "R" in row))
+        row, _ = sim.building.cell(*sim.world.robots[0].position)
+        rows.add(row)
     assert rows == ({1, 2, 3} if passes == "south" else {1})
 
 

@@ -110,7 +110,8 @@ def test_observations_keep_their_shape_for_whoever_leaves_too(name):
 
 def test_what_is_returned_belongs_to_whoever_gets_it():
     """Writing into one agent's observation or info spoils nobody else's."""
-    one, other = game(), game()
+    one = game()
+    other = game()
     for _ in range(3):
         seen, _, _, _, infos = one.step(idle(one))
         expected = other.step(idle(other))
@@ -137,7 +138,8 @@ def test_a_robot_goes_where_its_action_says():
     robots = environment.simulation.world.robots
     assert robots[0].destination.tolist() == [-20.0, 0.0]
     assert robots[3].destination.tolist() == [5.0, -10.0]
-    assert all(r.destination is None for k, r in enumerate(robots) if k not in (0, 3))
+    others = [*robots[1:3], *robots[4:]]
+    assert all(robot.destination is None for robot in others)
     before = robots[3].position
     environment.step(idle(environment))
     robot = environment.simulation.world.robots[3]
@@ -162,7 +164,8 @@ class Noted:
     """A strategy that notes what another decides: destinations by body."""
 
     def __init__(self, name):
-        self.strategy, self.decisions = ROBOTS[name](), []
+        self.strategy = ROBOTS[name]()
+        self.decisions = []
 
     def decide(self, world, robots, rng):
         """What the other decides."""
@@ -193,7 +196,8 @@ def test_a_strategys_decisions_played_as_actions_give_the_strategys_run(name):
     assert environment.simulation.done
     ours = environment.simulation.events
     theirs = scripted.events
-    assert [(type(e), e.time) for e in ours] == [(type(e), e.time) for e in theirs]
+    assert [type(event) for event in ours] == [type(event) for event in theirs]
+    assert [event.time for event in ours] == [event.time for event in theirs]
     assert group_reward(ours) == pytest.approx(group_reward(theirs))
 
 
@@ -203,7 +207,8 @@ def test_a_strategys_decisions_played_as_actions_give_the_strategys_run(name):
 def ablaze(environment, floor=0):
     """The fire asks for a free cell in the middle of a room of a floor."""
     room = max(environment.building.rooms(floor), key=lambda area: area.size)
-    x, y = environment.building.metres(*room.cells[len(room.cells) // 2].tolist())
+    row, col = room.cells[len(room.cells) // 2].tolist()
+    x, y = environment.building.metres(row, col)
     spot = observations.to_normalised(environment.building, np.array([x, y]))
     share = (2 * floor + 1) / environment.building.floors - 1
     return idle(environment) | {FIRE: np.float32([share, *spot])}
@@ -219,7 +224,8 @@ def test_the_fires_action_is_read_at_every_fifth_decision():
     """From the third on: numbers 2, 7, 12, ..., and infos say so a step before."""
     environment = game("paper", people=4)
     environment.simulation.world.bodies.pace[:] = 0  # nobody gets out
-    read, told = [], []
+    read = []
+    told = []
     for number in range(13):
         before = len(asked(environment))
         infos = environment.step(ablaze(environment))[-1]
@@ -227,7 +233,8 @@ def test_the_fires_action_is_read_at_every_fifth_decision():
         told += [number + 1] * int(infos[FIRE]["acts"])
     assert read == told == [2, 7, 12]
     first, *others = asked(environment)
-    assert isinstance(first, FireLit) and first.time == 10.0
+    assert isinstance(first, FireLit)
+    assert first.time == 10.0
     assert all(isinstance(event, FireRefused) for event in others)  # it burns there
 
 
@@ -262,7 +269,8 @@ def test_a_fire_without_sources_never_acts_again():
 def paid():
     """An episode of 20 people in the paper's building, and what each step paid."""
     environment = game("paper", people=20, time_limit=90)
-    return environment, [step[1] for step in episode(environment, 6, actions=6)[1:]]
+    _, *steps = episode(environment, 6, actions=6)
+    return environment, [step[1] for step in steps]
 
 
 @pytest.mark.paper("E5")
@@ -270,7 +278,8 @@ def test_every_robot_is_paid_what_the_group_earns(paid):
     """Step by step what the events are worth; the sum is the episode's reward."""
     environment, steps = paid
     group = [{step[agent] for agent in step if agent != FIRE} for step in steps]
-    assert len(group) == environment.decision and max(map(len, group)) == 1
+    assert len(group) == environment.decision
+    assert max(map(len, group)) == 1
     earned = group_reward(environment.simulation.events)
     assert sum(map(sum, group)) == pytest.approx(earned)
 
@@ -313,7 +322,8 @@ def test_when_nobody_is_inside_all_who_are_there_are_terminated():
     environment = game("paper", people=12)
     gone(environment, 0, 1, 2)
     _, _, terminations, truncations, infos = environment.step(idle(environment))
-    assert all(terminations.values()) and not any(truncations.values())
+    assert all(terminations.values())
+    assert not any(truncations.values())
     assert list(terminations) == environment.possible_agents
     assert {info["acts"] for info in infos.values()} == {0.0}
     assert environment.step({}) == ({}, {}, {}, {}, {})
@@ -328,7 +338,8 @@ def test_when_time_is_up_all_who_are_there_are_truncated():
         environment.step(idle(environment))
     gone(environment, 2)
     _, _, terminations, truncations, _ = environment.step(idle(environment))
-    assert all(truncations.values()) and not any(terminations.values())
+    assert all(truncations.values())
+    assert not any(terminations.values())
     assert environment.simulation.world.time == pytest.approx(12)
     assert environment.agents == []
 
@@ -364,7 +375,8 @@ def test_refuses_a_missing_action_by_the_name_of_the_agent():
     del actions["robot_3"]
     with pytest.raises(ValueError, match="robot_3 is still there, but has no action"):
         environment.step(actions)
-    assert environment.decision == 0 and environment.simulation.ticks == 0
+    assert environment.decision == 0
+    assert environment.simulation.ticks == 0
 
 
 # -- Seeds --------------------------------------------------------------------------
@@ -374,7 +386,8 @@ def test_refuses_a_missing_action_by_the_name_of_the_agent():
 def test_the_same_seed_and_actions_give_the_same_episode_to_the_end(name):
     """Observations, rewards, ends, infos: in two environments, and in one again."""
     said = {"people": 12, "time_limit": 30}
-    one, other = game(name, **said), game(name, **said, seed=8)
+    one = game(name, **said)
+    other = game(name, **said, seed=8)
     first = episode(one, seed=3)
     assert len(first) > 5
     assert same(first, episode(other, seed=3))
@@ -398,10 +411,11 @@ def test_resets_without_a_seed_follow_from_the_last_one_given():
     environment = game()
 
     def series():
-        told = [environment.reset(7)] + [environment.reset() for _ in range(3)]
+        told = [environment.reset(seed) for seed in (7, None, None, None)]
         return [seen[FIRE]["vector"] for seen, _ in told]
 
-    one, other = series(), series()
+    one = series()
+    other = series()
     assert same(one, other)
     assert not any(np.array_equal(a, b) for a, b in pairwise(one))
     fresh = Environment(shipped("tiny")), Environment(shipped("tiny"))

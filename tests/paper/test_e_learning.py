@@ -12,7 +12,6 @@ from reference.fire import NoFire
 from reference.learning import poca, ppo
 from reference.learning.adversarial import learn, learner_for, player_of
 from reference.learning.rollouts import Job, play
-from reference.learning.settings import SIDES
 from reference.paper import TABLE_I, TABLE_II, Scenario
 from reference.workshop.maps import load
 
@@ -25,11 +24,12 @@ SMALL = {"hidden_units": 8, "num_layers": 1}
 @pytest.mark.paper("E2", "Tab. II")
 def test_robots_are_trained_by_ma_poca_and_the_fire_by_ppo():
     """As the tables' first rows say."""
-    kinds = [
-        type(learner_for(side, TINY, SCENE, settings(**dict(table) | SMALL), 0))
-        for side, table in zip(SIDES, (TABLE_I, TABLE_II), strict=True)
-    ]
-    assert kinds == [poca.Learner, ppo.Learner]
+
+    def by(side, table):
+        return learner_for(side, TINY, SCENE, settings(**dict(table) | SMALL), 0)
+
+    assert type(by("robots", TABLE_I)) is poca.Learner
+    assert type(by("fire", TABLE_II)) is ppo.Learner
 
 
 @pytest.fixture(scope="module")
@@ -39,9 +39,10 @@ def played():
     sides = {"robots": player_of(learner), "fire": NoFire()}
     (episode,) = play(Job(TINY, SCENE, **sides, seeds=(1,)))
     t = episode.robots
+    vectors = torch.from_numpy(t.vectors[:-1])
+    grids = torch.from_numpy(t.grids[:-1])
     with torch.no_grad():
-        seen = torch.from_numpy(t.vectors[:-1]), torch.from_numpy(t.grids[:-1])
-        return t, learner.actor(*seen)
+        return t, learner.actor(vectors, grids)
 
 
 @pytest.mark.paper("E3")
@@ -59,7 +60,9 @@ def test_what_is_recorded_is_how_likely_the_actions_were_that_were_done(played):
 def test_each_robot_draws_noise_of_its_own(played):
     """At every decision, and for both coordinates."""
     t, policy = played
-    noise = (t.actions - policy.act().numpy())[t.alive[:-1]]
+    means = policy.act().numpy()
+    live = t.alive[:-1]
+    noise = (t.actions - means)[live]
     assert len(np.unique(noise.round(6))) == noise.size
 
 
@@ -68,9 +71,8 @@ def test_a_side_learns_from_all_episodes_once_its_buffer_is_full():
     """Nothing changes with 4 or 8 decisions of 8; the ninth and all before it count."""
     learner = ppo.Learner(settings("ppo", buffer_size=8), SIZES, seed=1)
     weights = [p.detach().clone() for p in learner.actor.parameters()]
-    once, twice = (
-        [SimpleNamespace(robots=life("####", seed=k)) for k in range(n)] for n in (1, 2)
-    )
+    once = [SimpleNamespace(robots=life("####", seed=0))]
+    twice = [*once, SimpleNamespace(robots=life("####", seed=1))]
     assert learn("robots", learner, once) == learn("robots", learner, once) == {}
     assert len(learner.buffer) == 2 and learner.steps == 8
     same = zip(weights, learner.actor.parameters(), strict=True)
@@ -84,9 +86,8 @@ def test_a_side_learns_from_all_episodes_once_its_buffer_is_full():
 def test_each_schedule_is_its_own(falls):
     """One that is linear is lower after an episode, two that are constant are not."""
     rows = ("learning_rate", "epsilon", "beta")
-    kinds = {
-        f"{row}_schedule": "linear" if row == falls else "constant" for row in rows
-    }
+    kinds = dict.fromkeys([f"{row}_schedule" for row in rows], "constant")
+    kinds[f"{falls}_schedule"] = "linear"
     learner = ppo.Learner(settings("ppo", max_steps=9, **kinds), SIZES, seed=1)
     before = learner.schedules()
     learner.add([life("####")])

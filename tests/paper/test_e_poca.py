@@ -24,7 +24,10 @@ from reference.learning.ppo import gae
 @pytest.mark.paper("E1")
 def test_lambda_returns_of_three_decisions_by_hand():
     """γ = λ = ½: R₂ = 1 + ½·2, R₁ = 0 + ½(½·3 + ½·2), R₀ = 1 + ½(½·1 + ½·1.25)."""
-    R = lambda_returns(tensor(1, 0, 1), tensor(9, 1, 3), tensor(2)[0], 0.5, 0.5)
+    rewards = tensor(1, 0, 1)
+    values = tensor(9, 1, 3)
+    (last,) = tensor(2)
+    R = lambda_returns(rewards, values, last, 0.5, 0.5)
     assert R.tolist() == [1.5625, 1.25, 2.0]
 
 
@@ -45,7 +48,9 @@ def test_the_baseline_s_loss_is_clipped_around_the_old_baseline():
     """b_old = 0, R = 1, ε = 0.2. Too far in one step: b = 1 counts as 0.2, 0.8² and no
     pull; backwards, b = −1 counts as what it is, 2²."""
     b = tensor(1, -1, 0.1).requires_grad_()
-    loss = baseline_loss(b, tensor(0, 0, 0), tensor(1, 1, 1), 0.2)
+    old = tensor(0, 0, 0)
+    R = tensor(1, 1, 1)
+    loss = baseline_loss(b, old, R, 0.2)
     loss.backward()
     assert loss.item() == pytest.approx((0.64 + 4 + 0.81) / 3)
     assert b.grad.tolist() == pytest.approx([0, -4 / 3, -1.8 / 3])
@@ -69,7 +74,8 @@ def added(learner, t):
     """What the learner makes of a life: an advantage is the return less a baseline."""
     learner.add([t])
     part = learner.buffer[-1]
-    over, live = part.returns - part.baselines, part.alive
+    over = part.returns - part.baselines
+    live = part.alive
     assert torch.allclose(part.advantages[live], over[live], atol=1e-6)
     return part
 
@@ -118,7 +124,8 @@ def test_who_finishes_early_is_credited_with_what_the_group_does_next(drawn, par
     for agent, first, last, group in parts:
         follows = after(learner, t, last - 1, group) if group else 0.0
         assert returned(learner, t, part, agent, first, last, follows)
-    assert not returned(learner, t, part, 0, 0, parts[0][2], 1.0)
+    _, _, end, _ = parts[0]
+    assert not returned(learner, t, part, 0, 0, end, 1.0)
 
 
 @pytest.mark.paper("E3")
@@ -141,8 +148,15 @@ WHO = np.array([[1, 0, 0], [0, 1, 0]], dtype=np.float32)  # and what has happene
 
 def player(kind=Learner, **changes):
     """A learner small enough to learn a game in a second or two."""
-    table = {"hidden_units": 16, "num_layers": 1, "normalize": False, "num_epoch": 3}
-    table |= {"learning_rate": 0.01, "batch_size": 64, "buffer_size": 64}
+    table = {
+        "hidden_units": 16,
+        "num_layers": 1,
+        "normalize": False,
+        "num_epoch": 3,
+        "learning_rate": 0.01,
+        "batch_size": 64,
+        "buffer_size": 64,
+    }
     return kind(settings("poca", **table | changes), GAME, seed=1)
 
 
@@ -167,9 +181,11 @@ def bandit(learner, rng, rounds=128):
     """Agent 0 earns 1 whenever it says more than 0; agent 1 is along for the ride."""
     vectors = np.tile(WHO, (rounds + 1, 1, 1))
     actions, log_probs = moves(learner, vectors[:-1], rng)
-    alive = np.arange(rounds + 1)[:, None] < np.array([rounds, rounds])
+    alive = np.ones((rounds + 1, 2), bool)
+    alive[-1] = False
     right = actions[:, 0, 0] > 0
-    return lived(vectors, alive, actions, log_probs, right.astype(float)), right.mean()
+    t = lived(vectors, alive, actions, log_probs, right.astype(float))
+    return t, right.mean()
 
 
 class WithoutCounterfactual(Learner):
@@ -185,11 +201,12 @@ def credit(kind):
     rng = np.random.default_rng(1)
     learner.actor.requires_grad_(False)  # the critic finds out who earns what
     for _ in range(16):
-        learner.add([bandit(learner, rng)[0]])
-        spread = learner.buffer[-1].advantages.std(dim=0)
+        t, _ = bandit(learner, rng)
+        learner.add([t])
+        useful, lazy = learner.buffer[-1].advantages.std(dim=0)
         learner.update()
     learner.actor.requires_grad_(True)
-    return learner, rng, (spread[1] / spread[0]).item()
+    return learner, rng, (lazy / useful).item()
 
 
 @pytest.mark.paper("E1")
@@ -200,10 +217,13 @@ def test_a_lazy_team_mate_gets_no_credit():
     learner, rng, share = credit(Learner)
     assert share < 0.3
     for _ in range(8):
-        learner.add([bandit(learner, rng)[0]])
+        t, _ = bandit(learner, rng)
+        learner.add([t])
         learner.update()
-    assert bandit(learner, rng)[1] > 0.95
-    assert credit(WithoutCounterfactual)[2] == pytest.approx(1.0)
+    _, right = bandit(learner, rng)
+    assert right > 0.95
+    _, _, share = credit(WithoutCounterfactual)
+    assert share == pytest.approx(1.0)
 
 
 def door(learner, rng):
@@ -211,7 +231,8 @@ def door(learner, rng):
     it is gone, its mate earns the group 1."""
     actions, log_probs = moves(learner, WHO[None], rng)
     left = actions[0, 0, 0] > 0
-    then = WHO + np.array([0, 0, 1 if left else -1], dtype=np.float32)
+    then = WHO.copy()
+    then[:, 2] = 1 if left else -1
     more, more_log_probs = moves(learner, then[None], rng)
     alive = np.array([[True, True], [not left, True], [False, False]])
     return lived(

@@ -39,7 +39,8 @@ def test_a_linear_schedule_ends_at_its_floor():
 @pytest.mark.paper("E2")
 def test_gae_of_three_decisions_by_hand():
     """γ = λ = ½: δ = (0.5, 0.25, −0.5), A = (0.53125, 0.125, −0.5)."""
-    rewards, values = tensor(1, 0, 1), tensor(1, 1, 2.5)
+    rewards = tensor(1, 0, 1)
+    values = tensor(1, 1, 2.5)
     A = gae(rewards, values, tensor(2)[0], gamma=0.5, lambd=0.5)
     deltas = [1 + 0.5 - 1, 0 + 1.25 - 1, 1 + 1 - 2.5]
     assert A[2].item() == deltas[2] == -0.5
@@ -58,8 +59,10 @@ def test_gae_is_the_sum_over_all_that_follows(T, gamma, lambd, seed):
     following = torch.cat([values[1:], last[None]])
     deltas = rewards + gamma * following - values
     for t in range(T):
-        powers = [(gamma * lambd) ** k * deltas[t + k] for k in range(T - t)]
-        assert torch.allclose(A[t], sum(powers), atol=1e-12)
+        expected = torch.zeros(2, dtype=torch.float64)
+        for k in range(T - t):
+            expected += (gamma * lambd) ** k * deltas[t + k]
+        assert torch.allclose(A[t], expected, atol=1e-12)
 
 
 @pytest.mark.paper("E3")
@@ -90,7 +93,9 @@ def test_the_policy_loss_pulls_where_the_clip_does_not_hold(seed):
     policy_loss(log_probs, old, A, 0.2).backward()
     rho = torch.exp(log_probs - old).detach()
     A = A[:, None].expand(5, 3)
-    held = ((rho > 1.2) & (A > 0)) | ((rho < 0.8) & (A < 0))
+    too_high = (rho > 1.2) & (A > 0)
+    too_low = (rho < 0.8) & (A < 0)
+    held = too_high | too_low
     expected = torch.where(held, 0.0, -rho * A / 15)
     assert torch.allclose(log_probs.grad, expected, atol=1e-12)
 
@@ -149,7 +154,8 @@ def test_a_trajectory_goes_on_from_a_value_unless_the_agent_is_done(
     for agent, first, last, follows in parts:
         values = seen[first:last, agent]
         after = follows * seen[last, agent]
-        expected = values + gae(rewards[first:last], values, after, s.gamma, s.lambd)
+        advantages = gae(rewards[first:last], values, after, s.gamma, s.lambd)
+        expected = values + advantages
         assert torch.allclose(found[first:last, agent], expected, atol=1e-6)
 
 
@@ -172,15 +178,16 @@ def test_both_networks_normalise_with_what_the_live_agents_saw():
     learner = made(normalize=True)
     t = life("###", "#..", sizes=MIXED)
     learner.add([t])
-    live = np.vstack([np.zeros(MIXED.vector), t.vectors[:-1][t.alive[:-1]]])
+    live = t.vectors[:-1][t.alive[:-1]]
+    counted = np.vstack([np.zeros(MIXED.vector), live])  # the first count is of zeros
     for network in (learner.actor, learner.critic):
         normaliser = network.body.encoder.normaliser
         assert normaliser.count == 5
-        assert normaliser.mean.numpy() == pytest.approx(live.mean(axis=0), abs=1e-6)
+        assert normaliser.mean.numpy() == pytest.approx(counted.mean(axis=0), abs=1e-6)
     part = learner.buffer[0]
-    t = torch.from_numpy(t.vectors[:-1])
+    vectors = torch.from_numpy(t.vectors[:-1])
     with torch.no_grad():
-        values = learner.critic(t, part.grids)
+        values = learner.critic(vectors, part.grids)
     assert torch.allclose(values, part.values, atol=1e-6)
 
 
@@ -216,12 +223,12 @@ def test_advantages_are_normalised_once_over_the_whole_buffer():
     """Not minibatch by minibatch, nor again in the next epoch; without the absent."""
     learner, before, _ = watched("####", "##..", batch_size=6, num_epoch=2)
     alive = learner.seen[0][0].alive
-    used = torch.cat([batch.advantages[batch.alive] for batch, *_ in learner.seen])
     assert alive.sum() == 6
+    used = torch.cat([batch.advantages[batch.alive] for batch, *_ in learner.seen])
     live = torch.from_numpy(life("####", "##..", sizes=MIXED).alive[:-1])
     expected = normalised(before[live]).sort().values
-    assert torch.allclose(used[:6].sort().values, expected, atol=1e-6)
-    assert torch.allclose(used[6:].sort().values, expected, atol=1e-6)
+    for epoch in (used[:6], used[6:]):
+        assert torch.allclose(epoch.sort().values, expected, atol=1e-6)
 
 
 @pytest.mark.paper("E3")
@@ -229,7 +236,9 @@ def test_schedules_stand_still_within_an_update():
     """Read at the steps so far: 11 of 22 are half the way; β of the tables stays."""
     learner, _, summary = watched("#" * 11, max_steps=22, num_epoch=2)
     used = {(epsilon, beta) for _, epsilon, beta in learner.seen}
-    assert len(learner.seen) == 4 and used == {(0.1 + 0.1 * (1 - 11 / 22), 0.005)}
+    left = 1 - 11 / 22
+    assert used == {(0.1 + 0.1 * left, 0.005)}
+    assert len(learner.seen) == 4
     rate = learner.settings.learning_rate
     assert summary["Policy/Learning Rate"] == pytest.approx(rate / 2, rel=1e-5)
     assert learner.optimiser.param_groups[0]["lr"] == summary["Policy/Learning Rate"]
@@ -254,13 +263,13 @@ def test_an_update_is_adam_s_step_on_the_summed_loss():
     rows = learner.buffer[0].rows(torch.arange(8))
     rows.advantages[:, 0] = normalised(rows.advantages[:, 0])
     _, epsilon, beta = learner.schedules()
-    learner.loss(rows, epsilon, beta)[0].backward()
-    networks = [learner.actor, learner.critic]
-    before = [
-        (p, p.detach().clone(), g)
-        for network in networks
-        for p, g in zip(network.parameters(), gradients(network).values(), strict=True)
-    ]
+    loss, _ = learner.loss(rows, epsilon, beta)
+    loss.backward()
+    before = []
+    for network in (learner.actor, learner.critic):
+        slopes = gradients(network)
+        for name, p in network.named_parameters():
+            before.append((p, p.detach().clone(), slopes[name]))
     rate = learner.update()["Policy/Learning Rate"]
     for p, old, g in before:
         expected = old - rate * g / (g.abs() + 1e-8)
@@ -294,17 +303,21 @@ def test_estimates_are_means_over_agents_that_are_there(kind):
     kinds = ("Value", "Baseline") if kind is poca else ("Value",)
     for name in kinds:
         column = getattr(part, f"{name.lower()}s")
-        live = [*column[:, 0].tolist(), *column[:2, 1].tolist()]
+        total = column[:, 0].sum() + column[:2, 1].sum()
         estimate = summary[f"Policy/Extrinsic {name} Estimate"]
-        assert estimate == pytest.approx(sum(live) / 7, rel=1e-5)
+        assert estimate == pytest.approx(total.item() / 7, rel=1e-5)
 
 
 def test_the_same_seed_begins_with_the_same_networks():
     """And leaves torch's own random numbers alone."""
     before = torch.random.get_rng_state()
-    one, same, other = (
-        Learner(settings("ppo"), MIXED, seed).actor.state_dict() for seed in (1, 1, 2)
-    )
+
+    def begun(seed):
+        return Learner(settings("ppo"), MIXED, seed).actor.state_dict()
+
+    one = begun(1)
+    same = begun(1)
+    other = begun(2)
     assert all(torch.equal(x, same[name]) for name, x in one.items())
     assert not torch.equal(one["body.layers.0.weight"], other["body.layers.0.weight"])
     assert torch.equal(torch.random.get_rng_state(), before)

@@ -39,11 +39,11 @@ RESCUES = """
 def test_who_leaves_a_floor_alive_pays_their_health_and_at_the_exit_a_fixed_reward():
     """p is out with 99.5, q comes down with 99.3 and is out with 88.6, r dies."""
     sim = stage("#AA+.......pE\n\n#AA+.q.....r#", health={"r": 2})
-    strip = [
-        f"{sim.world.time:.1f} s: paid {group_reward(events):.1f}\n{show(sim)}"
-        for events in ticks(sim, 60)
-        if group_reward(events)
-    ]
+    strip = []
+    for events in ticks(sim, 60):
+        paid = group_reward(events)
+        if paid:
+            strip.append(f"{sim.world.time:.1f} s: paid {paid:.1f}\n{show(sim)}")
     assert Board("\n".join(strip)) == RESCUES
 
 
@@ -56,7 +56,8 @@ def test_the_reward_belongs_to_the_group():
 
 def test_nothing_else_is_worth_anything_to_the_robots():
     """Not even what the fire does."""
-    assert group_reward([DoorBurnt(1.0, 3), FireLit(1.0, 0, 0.5, 0.5), REFUSED]) == 0
+    events = [DoorBurnt(1.0, 3), FireLit(1.0, 0, 0.5, 0.5), REFUSED]
+    assert group_reward(events) == 0
 
 
 @pytest.mark.paper("D2", "chosen")

@@ -19,7 +19,8 @@ from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
 from reference.workshop.comparing.results import ruler_of
 
 POINTS = (WORST_POINT, BEST_POINT)
-EASY, HARD = (14_000.0, 2418.0), (10_000.0, 3559.0)
+EASY = (14_000.0, 2418.0)
+HARD = (10_000.0, 3559.0)
 """Two cases on the paper's line E = 1 [F10]."""
 
 REWARDS = st.floats(-1e9, paper_ruler().reward_at(score.LARGEST_Y) - 1)
@@ -79,7 +80,8 @@ def test_the_slopes_of_equation_4_are_those_of_the_text(reward, slope, printed):
 @pytest.mark.paper("F9", "Eq. 8")
 def test_e_is_one_where_e_prime_is_1649_7():
     """Reward 10000 and difficulty 3558.83 are such a case: y = 242.4, the rest is h."""
-    y, of_h = paper_ruler().reward_part(10_000), paper_ruler().difficulty_part(3558.83)
+    y = paper_ruler().reward_part(10_000)
+    of_h = paper_ruler().difficulty_part(3558.83)
     assert (y, of_h) == pytest.approx((242.4, 1407.3), abs=0.1)
     assert y + of_h == pytest.approx(1649.7, abs=0.01)
     assert paper_ruler().score(10_000, 3558.83) == pytest.approx(1, abs=1e-5)
@@ -123,11 +125,11 @@ def test_runs_of_a_baseline_make_a_ruler():
     rewards, difficulties = baseline(90)
     made = ruler(rewards, difficulties)
     order = np.argsort(difficulties)
-    easy, hard = (
-        made.score(rewards[part].mean(), difficulties[part].mean())
-        for part in (order[:30], order[-30:])
-    )
-    assert easy == pytest.approx(hard)
+
+    def scored(part):
+        return made.score(rewards[part].mean(), difficulties[part].mean())
+
+    assert scored(order[:30]) == pytest.approx(scored(order[-30:]))
     assert made.score(rewards.mean(), difficulties.mean()) == pytest.approx(1)
 
 

@@ -64,7 +64,8 @@ CHANGES = [
 
 def change(monkeypatch, kind, old, new):
     """Compile a class anew, with a piece of its source replaced."""
-    source, made = inspect.getsource(kind), {}
+    source = inspect.getsource(kind)
+    made = {}
     assert source.count(old) == 1, f"not once in {kind.__name__}: {old}"
     exec(source.replace(old, new), vars(sys.modules[kind.__module__]), made)
     for name, method in vars(made[kind.__name__]).items():

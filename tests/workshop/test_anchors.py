@@ -53,7 +53,8 @@ def test_a_mixture_s_entropy_is_that_of_its_choice_and_of_one_gaussian():
 @pytest.mark.paper("C5", "chosen")
 def test_a_mixture_is_drawn_around_its_anchors_as_often_as_they_weigh():
     """The one that may not be meant never; without noise, at the likeliest itself."""
-    rng, n = np.random.default_rng(0), 20_000
+    rng = np.random.default_rng(0)
+    n = 20_000
     anchors = torch.tensor([[0.0, 0.0], [5.0, 0.0], [0.0, 9.0]]).expand(n, 3, 2)
     logits = torch.tensor([0.0, 1.0, REFUSED]).expand(n, 3)
     policy = Mixture(anchors, 0.2, logits)

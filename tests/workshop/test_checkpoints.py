@@ -58,7 +58,8 @@ def test_networks_that_are_fixed_or_begun_with_are_in_the_file_too(
     checkpoint, tmp_path
 ):
     """So that a training needs nothing beside its folder to go on."""
-    robots, fire = checkpoint.player("robots"), checkpoint.player("fire")
+    robots = checkpoint.player("robots")
+    fire = checkpoint.player("fire")
     training = begun(fixed={"fire": (fire,)}, initial={"robots": robots})
     save_checkpoint(training.checkpoint(), tmp_path / "own.pt")
     task = load_checkpoint(tmp_path / "own.pt").task

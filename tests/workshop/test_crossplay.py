@@ -72,7 +72,8 @@ def test_a_result_tells_what_the_simulation_did(small):
     scenario = Scenario(people=4)
     run = Simulation(load("tiny"), scenario, Sweep(), RandomFire(), seed=1)
     people = people_in(run.world)
-    outcome, found = run.run(), small[3]
+    outcome = run.run()
+    found = small[3]
     assert found.survival == outcome.evacuated / 4
     assert found.reward == pytest.approx(outcome.reward)
     assert found.difficulty == pytest.approx(
@@ -106,7 +107,8 @@ def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     """Stopped after two runs; then only the others are played, to the same end."""
     monkeypatch.setattr(runs, "IN_LOCKSTEP", 2)
     monkeypatch.setattr(runs, "JOBS_PER_WORKER", 1)
-    folder, whole = Path("stopped"), Path("whole")
+    folder = Path("stopped")
+    whole = Path("whole")
     interrupted(begin_evaluation(**SMALL), folder, jobs=1)
     assert runs.read_runs(folder / "runs.csv", begin_evaluation(**SMALL)) == small[:2]
     assert play_evaluation(resume_evaluation(folder), folder, Stopped(jobs=1)) == small
@@ -116,8 +118,10 @@ def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
 
 def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small):
     """What was written of the new one is not read; the message says how to go on."""
-    path, row = Path("runs.csv"), runs.row_of(small[0])
-    written, told = runs.table_of(path, small[:1]), r"written .* go on with --resume"
+    path = Path("runs.csv")
+    row = runs.row_of(small[0])
+    written = runs.table_of(path, small[:1])
+    told = r"written .* go on with --resume"
     with room_for(path.stat().st_size + 10), pytest.raises(OSError, match=told):
         written.append([row])
     assert runs.read_runs(path, begin_evaluation(**SMALL)) == small[:1]
@@ -139,9 +143,11 @@ def test_a_checkpoint_brings_its_building_and_scenario(run):
 
 def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp_path):
     """Though the training goes on meanwhile; so an evaluation has one opponent."""
-    training, folder = tmp_path / "training", tmp_path / "out"
+    training = tmp_path / "training"
+    folder = tmp_path / "out"
     shutil.copytree(run, training)
-    word, first = str(training), str(training / "checkpoint-000001.pt")
+    word = str(training)
+    first = str(training / "checkpoint-000001.pt")
     play_evaluation(
         begin_evaluation((word,), ("none",), episodes=1), folder, InProcess()
     )
@@ -313,7 +319,8 @@ def test_the_table_is_aligned_and_says_what_is_missing():
 
 def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
     """At a resume, by whoever fills the same folder, and in the middle of a run."""
-    network, drawing = tmp_path / "net.pt", tmp_path / "office.txt"
+    network = tmp_path / "net.pt"
+    drawing = tmp_path / "office.txt"
     first = run / "checkpoint-000001.pt"
     shutil.copy(first, network)
     drawing.write_text(find_map("tiny").read_text())
@@ -450,7 +457,8 @@ def test_refuses_one_run_with_two_results(small, edited, tmp_path):
 
 def test_refuses_rows_that_do_not_add_up_and_those_of_other_people(small):
     """Somebody has edited one of the files; the row's file is named."""
-    path, folder = Path("out/runs.csv"), Path("out")
+    path = Path("out/runs.csv")
+    folder = Path("out")
     folder.mkdir()
     for row, people in ((replace(small[0], died=5), 4), (small[0], 5)):
         runs.table_of(path, [row])

@@ -46,7 +46,8 @@ def of_parts(plain: Any, rng: random.Random) -> Any:
     top = [deepcopy(plain)]
     for _ in range(rng.randint(1, 3)):
         places = list(_places(top))
-        (here, key), (there, other) = rng.choice(places), rng.choice(places)
+        here, key = rng.choice(places)
+        there, other = rng.choice(places)
         change = rng.randrange(4)
         if change == 0 and here is not top:
             del here[key]
@@ -158,7 +159,9 @@ def whole(tmp_path_factory):
 def test_refuses_a_damaged_file_by_its_name_or_reads_it(name, whole, monkeypatch):
     """Damaged again and again: nothing but an InputError ever comes of it."""
     monkeypatch.setattr("os.fsync", lambda descriptor: None)
-    kind, rng, refused = KINDS[name], random.Random(0), 0
+    kind = KINDS[name]
+    rng = random.Random(0)
+    refused = 0
     path = whole / kind.file
     before = path.read_bytes()
     parts = parts_of(path) if path.suffix in FORMATS else None

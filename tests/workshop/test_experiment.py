@@ -286,7 +286,8 @@ def test_stopped_on_a_cluster_it_says_who_goes_on_and_how(monkeypatch, tmp_path)
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """The tiny experiment, made by the command: its folder, and what is printed."""
-    folder, printed = tmp_path_factory.mktemp("made") / "new", StringIO()
+    folder = tmp_path_factory.mktemp("made") / "new"
+    printed = StringIO()
     with redirect_stdout(printed):
         assert main([*TINY, str(folder), "--json"]) == 0
     return folder, json.loads(printed.getvalue())

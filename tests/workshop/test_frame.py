@@ -230,7 +230,8 @@ def test_without_masks_a_robot_may_mean_whatever_is_there():
 def test_masks_forbid_what_helps_nobody():
     """A way out to who leads nobody, and to go on to where nobody is lost any more."""
     sim = stage(HALL.replace("s", "."))  # the second robot leads nobody
-    r, exit_ = (1.5, 0.0), (14.0, 0.0)
+    r = (1.5, 0.0)
+    exit_ = (14.0, 0.0)
     for going, keeps in ((r, [True, True]), (exit_, [True, False])):
         _, allowed = anchors(*seen(sim, masks=True, going=going))
         assert allowed[:, KEEP].tolist() == keeps
@@ -245,8 +246,10 @@ def test_the_nearest_robot_in_sight_on_foot_is_the_guide():
     nav = navigation_of(shipped("paper"))
     rng = np.random.default_rng(0)
     free = np.flatnonzero(nav.walkable)
-    robots, folk = rng.choice(free, (3, 6)), rng.choice(free, (3, 40))
-    at_work, walking = rng.random((3, 6)) < 0.7, rng.random((3, 40)) < 0.9
+    robots = rng.choice(free, (3, 6))
+    folk = rng.choice(free, (3, 40))
+    at_work = rng.random((3, 6)) < 0.7
+    walking = rng.random((3, 40)) < 0.9
     robots[:, 1] = folk[:, 0]
     found = guess_guides(nav, robots, at_work, folk, walking)
     for world in range(3):

@@ -51,7 +51,8 @@ def test_signal_to_noise_is_of_the_lives_gradients():
 def test_where_advantages_are_noise_there_is_no_signal():
     """On average; where each action has the advantage of its number, there is."""
     torch.manual_seed(0)
-    noise, signal = [], []
+    noise = []
+    signal = []
     for k in range(12):
         learner = filled(seed=100 * k)
         for part in learner.buffer:

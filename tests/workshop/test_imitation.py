@@ -68,7 +68,8 @@ def test_robots_that_copied_sweep_go_where_it_would():
 
 def test_the_teacher_plays_first_then_its_pupil_and_the_teacher_says_what_it_would():
     """So the copy learns what to do where it gets by itself (DAgger)."""
-    training, asked = begun(imitate="sweep"), []
+    training = begun(imitate="sweep")
+    asked = []
     side = "robots", building_of(TINY), training.settings.scenario
     moment = after_8_s(training.settings.scenario)
     while not training.imitated:

@@ -96,7 +96,8 @@ def test_the_difference_of_two_arms_does_not_suffer_from_seeds_they_share():
     share = share_that_hold(0.1, lambda pair: interval_over_trainings(*pair), both, 100)
     assert share > 0.88
     one, other = both(np.random.default_rng(0))
-    apart, together = interval_over_trainings(one), interval_over_trainings(one, other)
+    apart = interval_over_trainings(one)
+    together = interval_over_trainings(one, other)
     assert together.high - together.low < 0.1 * (apart.high - apart.low)
 
 

@@ -22,7 +22,8 @@ from reference.workshop.training.presets import preset
 
 def everything(run: Simulation) -> list[Any]:
     """All that a simulation is at the end, down to its random generators."""
-    bodies, world = run.world.bodies, run.world
+    world = run.world
+    bodies = world.bodies
     found: list[Any] = [repr(run.outcome()), run.ticks, run.person_seconds, world.minds]
     found += [(type(e).__name__, *vars(e).values()) for e in run.events]
     found += [getattr(bodies, part.name).tobytes() for part in fields(bodies)]
@@ -34,12 +35,11 @@ def everything(run: Simulation) -> list[Any]:
 
 def runs(name: str, robots: str, fire: str, **settings: Any) -> list[Simulation]:
     """Four simulations of a building, ready to begin."""
-    building, scenario = load(name), Scenario(**settings)
-    sides = SCRIPTS["robots"][robots], SCRIPTS["fire"][fire]
-    return [
-        Simulation(building, scenario, *(side() for side in sides), seed)
-        for seed in range(4)
-    ]
+    building = load(name)
+    scenario = Scenario(**settings)
+    guide = SCRIPTS["robots"][robots]
+    foe = SCRIPTS["fire"][fire]
+    return [Simulation(building, scenario, guide(), foe(), k) for k in range(4)]
 
 
 def same_end(alone: list[Simulation], others: list[Simulation]) -> bool:
@@ -66,24 +66,26 @@ def same_end(alone: list[Simulation], others: list[Simulation]) -> bool:
 )
 def test_all_ends_as_if_each_had_been_alone(name, robots, fire, settings):
     """To the last bit: people, minds, robots, flames, events and random numbers."""
-    single, others = (runs(name, robots, fire, **settings) for _ in range(2))
+    single = runs(name, robots, fire, **settings)
+    others = runs(name, robots, fire, **settings)
     assert same_end(single, others)
     assert robots != "patrol" or len({run.ticks for run in single}) > 1
 
 
 def test_simulations_that_are_not_alike_run_beside_each_other():
     """Other buildings, people or robots are other crowds, and the others go on."""
-    small, brief = {"people": 6, "time_limit": 30.0}, {"time_limit": 20.0}
-    mixed = [
-        runs("tiny", "sweep", "random", **small) + runs("tiny", "none", "none", **brief)
-        for _ in range(2)
-    ]
-    assert same_end(*mixed)
+
+    def mixed():
+        some = runs("tiny", "sweep", "random", people=6, time_limit=30.0)
+        return some + runs("tiny", "none", "none", time_limit=20.0)
+
+    assert same_end(mixed(), mixed())
 
 
 def test_a_copy_of_a_simulation_in_lockstep_is_its_own():
     """It may run on alone."""
-    lone, some = (runs("tiny", "sweep", "random", time_limit=30.0) for _ in range(2))
+    lone = runs("tiny", "sweep", "random", time_limit=30.0)
+    some = runs("tiny", "sweep", "random", time_limit=30.0)
     advance_in_lockstep(some)
     copies = [run.copy() for run in some]
     run_in_lockstep(some)
@@ -93,12 +95,17 @@ def test_a_copy_of_a_simulation_in_lockstep_is_its_own():
 @pytest.mark.paper("F4")
 def test_a_fire_that_looks_ahead_finds_each_world_as_it_is():
     """In lockstep it burns where it burns alone."""
-    world = load("tiny"), Scenario(people=6, time_limit=40.0)
-    lone, some = (
-        [set_up_match(*world, Sweep(), WorstCase(), seed) for seed in range(2)]
-        for _ in range(2)
-    )
-    assert same_end(lone, some)
+    building = load("tiny")
+    scene = Scenario(people=6, time_limit=40.0)
+
+    def matches():
+        return [
+            set_up_match(building, scene, Sweep(), WorstCase(), seed)
+            for seed in range(2)
+        ]
+
+    some = matches()
+    assert same_end(matches(), some)
     assert all(run.world.flames.sources for run in some)
 
 
@@ -111,18 +118,19 @@ def learned(side, settings, plan, scenario, head="mixture"):
 @pytest.mark.parametrize("head", ["floor", "mixture"])
 def test_episodes_are_the_same_whoever_steps_the_worlds(head):
     """Learned robots and fires: facts, and every number of the trajectories."""
-    settings, plan = preset("tiny"), to_text(load("tiny").drawing)
+    settings = preset("tiny")
+    plan = to_text(load("tiny").drawing)
     sides: dict[str, Any] = {
         "robots": learned("robots", settings, plan, settings.scenario, head),
         "fire": learned("fire", settings, plan, settings.scenario),
     }
     job = Job(plan, settings.scenario, **sides, seeds=(1, 2, 3))
-    for one, other in zip(
-        play(job), play(job, advance=advance_in_lockstep), strict=True
-    ):
+    alone = play(job)
+    together = play(job, advance=advance_in_lockstep)
+    for one, other in zip(alone, together, strict=True):
         assert one.facts == other.facts
         for side in sides:
-            path, other_path = getattr(one, side), getattr(other, side)
-            for part in fields(path):
-                pair = getattr(path, part.name), getattr(other_path, part.name)
-                assert np.array_equal(*pair), part.name
+            mine = vars(getattr(one, side))
+            others = vars(getattr(other, side))
+            for name in mine:
+                assert np.array_equal(mine[name], others[name]), name

@@ -178,7 +178,8 @@ def nearest(seen):
 def test_a_policy_on_flat_observations_plays_as_it_does_in_the_environment(side):
     """From the same seed, to the same end; robots that have left see zeros in both."""
     zoo = pytest.importorskip("reference.workshop.zoo")
-    seen, asked = [], []
+    seen = []
+    asked = []
 
     def policy(observed):
         """Remember what is observed; the fire goes to the ground floor."""

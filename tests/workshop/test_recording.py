@@ -92,7 +92,8 @@ def test_a_recording_shows_everybody_who_walks_in_every_tick(recorded):
 def test_the_last_two_rows_of_who_leaves_are_in_the_exit_or_entrance(recorded):
     """Nobody jumps there or on: no row is farther from the one before than a step."""
     folder, run = recorded
-    ways, steps = set(), []
+    ways = set()
+    steps = []
     for event in run.events:
         if isinstance(event, LeftFloor):
             found = rows(folder, event.floor)

@@ -63,7 +63,8 @@ def test_a_lock_ends_with_its_process(holder, tmp_path):
 
 def test_a_folder_that_somebody_else_made_stays(tmp_path):
     """Also where nothing was written into it; what the run made itself goes."""
-    theirs, ours = tmp_path / "theirs", tmp_path / "ours"
+    theirs = tmp_path / "theirs"
+    ours = tmp_path / "ours"
     theirs.mkdir()
     assert main(["train", "--resume", "--out", str(theirs)]) == 1
     for folder in (theirs, ours):

@@ -66,7 +66,8 @@ def test_every_point_inside_is_on_its_floor_and_nobody_else_is(simulation, fire_
 @pytest.mark.paper("C2")
 def test_the_table_explains_all_167_numbers(simulation):
     """Each is in one line, with the words of the layout and the first values."""
-    world, scenario = simulation.world, simulation.scenario
+    world = simulation.world
+    scenario = simulation.scenario
     vector = observations.robot_vectors(world, scenario)[0]
     layout = observations.vector_layout(world.building, scenario)
     lines = senses.number_table(vector, layout.blocks.values())

@@ -352,7 +352,8 @@ def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
 def test_a_closer_fire_closes_exits_first_then_entrances():
     """The nearest cell that can burn; then it begins anew."""
     sim = stage("#AA+..................E\n\n#AA+..................#")
-    way_out, upstairs = mark(sim, Kind.EXIT), mark(sim, Kind.ENTRANCE, 2)
+    way_out = mark(sim, Kind.EXIT)
+    upstairs = mark(sim, Kind.ENTRANCE, 2)
     for way in (way_out, upstairs, way_out):
         decision = CloserFire().decide(sim.world, np.random.default_rng(0))
         assert sim.navigation.place(*decision) in cells_around_clearance(

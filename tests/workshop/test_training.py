@@ -117,7 +117,8 @@ def test_a_training_that_stops_after_every_round_goes_on_to_the_same_end(tmp_pat
     robots = {"buffer_size": 80, "summary_freq": 80, "max_steps": 500}
     fire = {"buffer_size": 6, "summary_freq": 8}
     settings = tiny(league=0.5, random_fires=0.25, robots=robots, fire=fire)
-    apart, at_once = tmp_path / "apart", tmp_path / "at once"
+    apart = tmp_path / "apart"
+    at_once = tmp_path / "at once"
     trained(begun(settings, imitate="patrol"), at_once, rounds=5)
     run_training(begun(settings, imitate="patrol"), apart, InProcess(), lambda: True)
     assert not load_checkpoint(apart).progress["imitated"]

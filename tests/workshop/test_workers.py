@@ -93,7 +93,8 @@ if __name__ == "__main__":
 def test_a_worker_has_one_thread_and_ends_with_a_process_that_is_killed(tmp_path):
     """It does not load torch, and holds the output open as long as it lives."""
     (tmp_path / "program.py").write_text(PROGRAM)
-    program, threads = tmp_path / "program.py", {"OMP_NUM_THREADS": "3"}
+    program = tmp_path / "program.py"
+    threads = {"OMP_NUM_THREADS": "3"}
     running = python(program, env=threads, stdout=PIPE, stderr=DEVNULL)
     assert running.stdout.readline() == "1 3\n"
     running.kill()

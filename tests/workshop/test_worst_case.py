@@ -153,7 +153,8 @@ def test_of_a_few_errors_robots_make_the_one_that_leaves_least_reward():
     """Of four and none, each played out in the same future."""
     sim = observers(10)
     rng = np.random.default_rng(5)
-    world, scene = sim.world, sim.scenario
+    world = sim.world
+    scene = sim.scenario
     robots = DisturbedRobots(Observer(), NoFire(), scene, 4.0)
     taken = robots.decide(world, world.robots, rng)
     rng = np.random.default_rng(5)
@@ -161,7 +162,8 @@ def test_of_a_few_errors_robots_make_the_one_that_leaves_least_reward():
     for most in (0, 4, 4, 4, 4):
         seen = with_errors(world, most, rng)
         answers.append(Observer().decide(seen, seen.robots, rng))
-    seed, left = int(rng.integers(2**32)), []
+    seed = int(rng.integers(2**32))
+    left = []
     for answer in answers:
         guides = FirstDecision(answer, Observer())
         left.append(another_future(world, scene, guides, NoFire(), seed).run().reward)
@@ -173,7 +175,8 @@ def test_of_a_few_errors_robots_make_the_one_that_leaves_least_reward():
 def test_a_learned_policy_can_be_disturbed_and_the_worst_fire_plays_on(tmp_path):
     """Neither imagines the other's futures; without robots nobody is disturbed."""
     save_checkpoint(begun(seed=3).checkpoint(), tmp_path / "own.pt")
-    word, ways = str(tmp_path / "own.pt"), {}
+    word = str(tmp_path / "own.pt")
+    ways = {}
     for errors in (0, 3):
         made = begin_evaluation(
             (word, "none"), ("worst-case",), episodes=1, errors=errors
@@ -196,7 +199,8 @@ def test_another_future_has_the_same_past_and_draws_the_rest_anew():
     fire = FirstDecision((0, 5.5, 0.5), BusiestFire())
     sim = Simulation(shipped("tiny"), Scenario(), fire=fire)
     wait(sim, 20)
-    before, now = sim.world.flames.arrival.copy(), sim.world.time
+    before = sim.world.flames.arrival.copy()
+    now = sim.world.time
     one, other = (
         another_future(sim.world, sim.scenario, NoRobots(), NoFire(), seed).world
         for seed in (1, 2)
@@ -232,12 +236,15 @@ def test_fresh_delays_are_distributed_like_what_is_left_of_the_old(lane):
     (_, _, p), (_, _, q) = found([[lane]], "pq")
     source = FireLit(0.0, 0, *building.metres(1, p))
     rng = np.random.default_rng(0)
-    scenario, came, comes = Scenario(people=0), [], []
+    scenario = Scenario(people=0)
+    came = []
+    comes = []
     empty = np.zeros(0, dtype=int), np.zeros((0, 2))
     while len(came) < 200:
         world = world_with_people_at(building, scenario, *empty, rng)
         Spread(building, scenario, rng).ignite(world.flames, source)
-        world.time, arrival = 12.0, world.flames.arrival
+        world.time = 12.0
+        arrival = world.flames.arrival
         if (arrival <= 12).sum() == 2 and arrival[0, 1, q] > 12:
             came.append(arrival[0, 1, q])
             seed = len(came)

@@ -79,7 +79,8 @@ def test_whole_episodes_are_the_same_with_and_without_pettingzoo(sides):
     assert isinstance(wrapped, ParallelEnv)
     ours = bare.reset(5)
     theirs = wrapped.reset(5)
-    rng, steps = np.random.default_rng(0), 0
+    rng = np.random.default_rng(0)
+    steps = 0
     for _ in turns(bare):
         assert same(ours[:-1], theirs[:-1]) and wrapped.agents == bare.agents
         for agent, info in ours[-1].items():

@@ -30,9 +30,10 @@ floor 2: upstairs
    #.....+..bath...#
    #################
 """
-before, after = HOUSE.split("upstairs\n")
+downstairs, upstairs = HOUSE.split("upstairs\n")
 for character in "#.+EAa ":
-    drawn = f"{before}upstairs\n{after[:14]}{character}{after[15:]}"
+    changed = upstairs[:14] + character + upstairs[15:]  # in its first row, the wall
+    drawn = f"{downstairs}upstairs\n{changed}"
     try:
         parse_map(drawn, "house.txt")
         print(f"'{character}' is accepted")

@@ -28,5 +28,6 @@ def lost(pair: tuple[str, str]) -> int:
 
 
 worst = max(combinations(doors, 2), key=lost)
-print(f"{' and '.join(worst)} cut off {lost(worst)} of {sum(area.values())} m2")
+total = sum(area.values())
+print(" and ".join(worst), "cut off", lost(worst), "of", total, "m2")
 #> 1/door-10 and 1/door-11 cut off 695 of 828 m2

@@ -9,10 +9,11 @@ from reference.robots import NoRobots
 from reference.workshop.lockstep import run_in_lockstep
 
 institute = load("paper")
-for name, scenario in (
-    ("in one room", Scenario(rooms=("3/reading",))),
-    ("all over the floor", Scenario(people_per_floor=(0, 0, 40))),
-):
+STARTS = {
+    "in one room": Scenario(rooms=("3/reading",)),
+    "all over the floor": Scenario(people_per_floor=(0, 0, 40)),
+}
+for name, scenario in STARTS.items():
     runs = [
         Simulation(institute, scenario, NoRobots(), NoFire(), seed) for seed in range(8)
     ]

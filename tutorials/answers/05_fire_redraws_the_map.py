@@ -1,6 +1,6 @@
 """Exercise 5: in which room does a candle cut off most others? It takes 10 seconds.
 
-In the foyer, which has the only exit, and then in the shop beside it; but not with
+In the foyer, which has the only exit, and then in the shop beside it. But not with
 every seed: with the second one only one of the foyer's two doors on the ring burns, so
 all but the shop can go round. Then greece, gothic and asia cut off most, two rooms.
 """
@@ -26,13 +26,13 @@ class Candle:
 
 def cut_off(room: Area, seed: int) -> int:
     """Count other rooms without a way out after three minutes."""
-    night = Simulation(
-        museum, Scenario(people=1, sources=1), NoRobots(), Candle(room), seed
-    )
+    one = Scenario(people=1, sources=1)
+    night = Simulation(museum, one, NoRobots(), Candle(room), seed)
     while night.world.time < 180:
         night.step()
     left = night.world.graph
-    return len(set(left) - nx.node_connected_component(left, "outside") - {room.id})
+    reached = nx.node_connected_component(left, "outside")
+    return len(set(left) - reached - {room.id})
 
 
 for room in museum.rooms(0):

@@ -29,15 +29,18 @@ class Shepherd:
         return [self.goal(world, robot) for robot in robots]
 
     def goal(self, world, robot):
+        return min(self.goals(world, robot), key=self.metres(world, robot))
+
+    def goals(self, world, robot):
+        """Where lost people are; where ways out are, once enough follow."""
         lost = unguided(world) & (world.bodies.floor == robot.floor)
-        goals = world.bodies.position[lost].tolist()
-        if len(followers_of(world, robot)) >= self.enough or not goals:
-            ways = world.building.ways_out(robot.floor)
-            goals = [world.building.landmarks[way].position for way in ways]
-        metres = self.metres(world, robot)
-        return min(goals, key=metres)
+        if lost.any() and len(followers_of(world, robot)) < self.enough:
+            return world.bodies.position[lost].tolist()
+        ways = world.building.ways_out(robot.floor)
+        return [world.building.landmarks[way].position for way in ways]
 
     def metres(self, world, robot):
+        """A function: metres from the robot to a goal, through walls."""
         return lambda goal: dist(goal, robot.position)
 
 

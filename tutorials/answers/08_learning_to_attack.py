@@ -40,18 +40,21 @@ class Ambush:
     """Light the free cell that is nearest to an exit; the exits in turn."""
 
     def decide(self, world, rng):
-        nav, exits = navigation_of(world.building), sorted(world.building.exits)
+        nav = navigation_of(world.building)
+        exits = sorted(world.building.exits)
         guarded = exits[len(world.flames.sources) % len(exits)]
         metres = np.where(free_places(world), nav.distance_to(guarded), np.inf)
-        return 0, *nav.centres[metres.argmin()].tolist()
+        x, y = nav.centres[metres.argmin()].tolist()
+        return 0, x, y
 
 
-for name, plan in (
-    ("one exit", PLAN.replace("corridor..E", "corridor..#")),
-    ("two exits", PLAN),
-):
+PLANS = {
+    "one exit": PLAN.replace("corridor..E", "corridor..#"),
+    "two exits": PLAN,
+}
+for name, plan in PLANS.items():
+    building = building_of(plan)
     for fire in (RandomFire(), Ambush()):
-        building = building_of(plan)
         runs = [
             Simulation(building, evening, Sweep(), fire, seed)
             for seed in range(1000, 1024)

@@ -24,8 +24,8 @@ def evaluated(seed: int) -> tuple:
     )
     results = comparing.play_evaluation(evaluation, None, InProcess())
     museum = building_of(evaluation.arena.plan)
-    points = critical_points(museum, evaluation.arena.scenario)
-    return results, comparing.ruler_of(results, "sweep", *points)
+    worst, best = critical_points(museum, evaluation.arena.scenario)
+    return results, comparing.ruler_of(results, "sweep", worst, best)
 
 
 results, ruler = evaluated(0)

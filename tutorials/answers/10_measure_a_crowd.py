@@ -8,6 +8,7 @@ makes no difference how many wait.
 import numpy as np
 
 from reference import Scenario, Simulation, load
+from reference.world import Evacuated
 
 institute = load("paper")
 exit_2 = institute.landmark_of["1/exit-2"]
@@ -16,11 +17,12 @@ for people in (25, 50, 100, 140):
     lunch = Scenario(people=people, rooms=("1/canteen",), sight_range=20)
     crowd = Simulation(institute, lunch, seed=1)
     crowd.run()
-    events = (e for e in crowd.events if getattr(e, "landmark", None) == exit_2.index)
-    times = np.sort([event.time for event in events])
+    evacuated = [event for event in crowd.events if isinstance(event, Evacuated)]
+    left = [event for event in evacuated if event.landmark == exit_2.index]
+    times = np.sort([event.time for event in left])
     tenth = len(times) // 10
-    first, last = times[tenth], times[-1 - tenth]
-    flow = (len(times) - 1 - 2 * tenth) / (last - first) / exit_2.width
+    middle = times[tenth : len(times) - tenth]
+    flow = (len(middle) - 1) / (middle[-1] - middle[0]) / exit_2.width
     print(f"{people:3} people: {flow:.2f} people per second and metre")
 #>  25 people: 1.14 people per second and metre
 #>  50 people: 1.37 people per second and metre

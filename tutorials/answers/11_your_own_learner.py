@@ -12,13 +12,16 @@ from reference.workshop.zoo import parallel_env
 evening = Scenario(people=12, time_limit=120.0, robots_per_floor=1, sources=3)
 world = parallel_env("tiny", evening, robots="sweep", flat=True)
 _, infos = world.reset(seed=0)
-read, total, step = [], 0.0, 0
+upstairs = np.array([1.0, 0.0, 0.0], dtype=np.float32)
+read = []  # the steps at which a choice was read
+total = 0.0
+step = 0
 while world.agents:
     if infos["fire_0"]["acts"]:
         read.append(step)
-    upstairs = np.array([1.0, 0.0, 0.0], dtype=np.float32)
     _, rewards, _, _, infos = world.step({"fire_0": upstairs})
-    total, step = total + rewards["fire_0"], step + 1
+    total += rewards["fire_0"]
+    step += 1
 print("read at steps", read, "of", step)
 #> read at steps [2, 7, 12] of 13
 print(f"reward {total:.2f}, {infos['fire_0']['evacuated']:.0f} of 12 get out")

@@ -17,7 +17,8 @@ institute = load("paper")
 alone = Simulation(institute, Scenario(), NoRobots(), CloserFire())
 alone.run()
 places = [(source.floor, source.x, source.y) for source in alone.world.flames.sources]
-for name, robots in (("observer", Observer), ("guard", lambda: Guard(places))):
+guides = {"observer": Observer, "guard": lambda: Guard(places)}
+for name, robots in guides.items():
     runs = [
         Simulation(institute, Scenario(), robots(), CloserFire(), seed)
         for seed in range(8)

@@ -31,8 +31,9 @@ cellar = building_of(PLAN)
 evening = Scenario(
     people=12, robots_per_floor=1, sources=1, training=True, frames_per_tick=25
 )
-MOUTH, DOOR = (0, -7.5, -0.5), (0, 5.5, -0.5)
-for place, name in ((MOUTH, "mouth"), (DOOR, "door")):
+MOUTH = (0, -7.5, -0.5)
+DOOR = (0, 5.5, -0.5)
+for name, place in {"mouth": MOUTH, "door": DOOR}.items():
     for guides in (Escort(), Guard([MOUTH])):
         runs = [
             Simulation(cellar, evening, guides, FixedFire([place]), seed)

@@ -25,7 +25,9 @@ class Watched(MAPOCA):
     def targets(self, e: Episode) -> Batch:
         b = super().targets(e)
         V = self.critic(b.o, b.alive)  # (T,)
-        first.append([b.y[0, 1] - V[0], b.A[0, 1]])
+        around_v = b.y[0, 1] - V[0]
+        around_q = b.A[0, 1]
+        first.append([around_v, around_q])
         return b
 
 

@@ -20,11 +20,15 @@ from reference.workshop.training.checkpoints import load_checkpoint
 
 
 def ages(folder, tenths):
-    """The checkpoint nearest to each tenth of the robots' decisions, by its path."""
+    """Find the checkpoint nearest to each tenth of the robots' decisions.
+
+    Returns its age in per cent by its path. tenths: how many ages.
+    """
     steps = {}
     for path in sorted(folder.glob("checkpoint-*.pt")):
         steps[path] = load_checkpoint(path).learners["robots"]["steps"]
-    end, found = max(steps.values()), {}
+    end = max(steps.values())
+    found = {}
     for k in range(1, tenths + 1):
         goal = end * k / tenths
         path = min(steps, key=lambda path: abs(steps[path] - goal))
@@ -40,8 +44,11 @@ def main():
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--seed", type=int, default=5000, help="of the film")
     asked = parser.parse_args()
-    found, folder = ages(asked.training, asked.tenths), asked.training / "by_age"
-    names = [*found]
+    found = ages(asked.training, asked.tenths)
+    names = list(found)
+    folder = asked.training / "by_age"
+
+    # Every age of robots meets every age of fire.
     evaluation = begin_evaluation(names, names, seed=5000, episodes=asked.episodes)
     with workers(asked.workers) as executor:
         results = play_evaluation(evaluation, folder, executor)
@@ -52,9 +59,11 @@ def main():
     print(table(matches, ["survival"]))
     words = "ages in shares of the training; means over runs, 95 % bootstrap intervals"
     print(save(crossplay.matrix(matches, words), folder / "by_age.png"))
-    three = [[*found][k] for k in (0, len(found) // 2, -1)]
-    runs = evaluation.simulations([(word, word, asked.seed) for word in three])
-    headings = [f"robots at {found[word]}\nand the fire of that age" for word in three]
+
+    # The film shows the youngest, the middle and the oldest age.
+    three = [names[0], names[len(names) // 2], names[-1]]
+    runs = evaluation.simulations([(name, name, asked.seed) for name in three])
+    headings = [f"robots at {found[name]}\nand the fire of that age" for name in three]
     animate(runs, folder / "by_age.html", headings)
 
 

@@ -3,15 +3,14 @@
     python tutorials/experiments/is_it_adaptive.py learned
 
 A fire is adaptive only if it does more harm than its own most frequent sequence: the
-place that it lights most often first, second, and so on.  The sequence is read from
-other evacuations; then both burn in the same ones, in the paper's building.  And
+place that it lights most often first, second, and so on. The sequence is read from
+other evacuations; then both burn in the same ones, in the paper's building. And
 `guard`, who knows that sequence, meets the fire.
 """
 
 from argparse import ArgumentParser
-from collections import Counter
+from collections import Counter, defaultdict
 from copy import deepcopy
-from itertools import zip_longest
 
 import numpy as np
 
@@ -36,11 +35,21 @@ def evacuations(robots, fire, seeds):
 
 
 def most_frequent(runs):
-    """The place lit most often first, second, ...; and the share of runs in which."""
-    lit = ([(s.floor, s.x, s.y) for s in run.world.flames.sources] for run in runs)
-    steps = [Counter(filter(None, step)) for step in zip_longest(*lit)]
-    places, counts = zip(*(step.most_common(1)[0] for step in steps), strict=True)
-    return places, [count / len(runs) for count in counts]
+    """Find the place lit most often first, second, and so on.
+
+    Returns these places, and of each the share of runs in which it was lit then.
+    """
+    counts = defaultdict(Counter)  # of places, by their number in the sequence
+    for run in runs:
+        for number, source in enumerate(run.world.flames.sources):
+            counts[number][source.floor, source.x, source.y] += 1
+    places = []
+    shares = []
+    for number in sorted(counts):
+        ((place, often),) = counts[number].most_common(1)
+        places.append(place)
+        shares.append(often / len(runs))
+    return places, shares
 
 
 def saved(runs):
@@ -59,8 +68,8 @@ if __name__ == "__main__":
     robots = strategy_named(asked.robots, "robots")
     fire = strategy_named(asked.fire, "fire")
     seeds = range(asked.seed, asked.seed + asked.episodes)
-    before = range(seeds.stop, seeds.stop + asked.episodes)
-    places, shares = most_frequent(evacuations(robots, fire, before))
+    others = range(seeds.stop, seeds.stop + asked.episodes)
+    places, shares = most_frequent(evacuations(robots, fire, others))
     for (floor, x, y), share in zip(places, shares, strict=True):
         print(f"floor {floor + 1}, ({x:.1f}, {y:.1f}) in {share:.0%}")
     own = saved(evacuations(robots, fire, seeds))

@@ -27,7 +27,8 @@ def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
 
     Raises CheckpointError where a side was not learned, or in another world.
     """
-    guide, foe = LearnedRobots(robots), LearnedFire(fire)
+    guide = LearnedRobots(robots)
+    foe = LearnedFire(fire)
     foe.refuse_elsewhere(guide.building, guide.scenario)
     settings = replace(robots.task.settings, fire=fire.task.settings.fire)
     fixed: dict[Side, Any] = {"robots": (guide.learned,), "fire": (foe.learned,)}
@@ -42,18 +43,19 @@ def how(checkpoint: Checkpoint, side: Side) -> dict[str, Any]:
     """Describe how a side learned; of what ships already, as it was said before."""
     if side in checkpoint.progress:
         return dict(checkpoint.progress[side])
-    task, learners = checkpoint.task, checkpoint.learners.items()
-    fixed = task.fixed.items()
+    task = checkpoint.task
+    learners = checkpoint.learners
     return {
         "preset": task.settings.preset,
         "seed": task.seed,
         "version": checkpoint.version,
-        "decisions": {side: state["steps"] for side, state in learners},
-        "against": {side: player_names(who) for side, who in fixed},
+        "decisions": {name: state["steps"] for name, state in learners.items()},
+        "against": {name: player_names(who) for name, who in task.fixed.items()},
         "imitated": task.imitate if side == "robots" else None,
         "initial": side in task.initial,
     }
 
 
 if __name__ == "__main__":
-    save_checkpoint(shipped(*map(load_checkpoint, sys.argv[1:])), SHIPPED)
+    robots, fire = map(load_checkpoint, sys.argv[1:])
+    save_checkpoint(shipped(robots, fire), SHIPPED)

@@ -26,7 +26,7 @@ IN_LOCKSTEP = 8
 
 
 def played(job):
-    """What the robots of a job saw, did and earned."""
+    """Play a job; return what its robots saw, did and earned."""
     with one_thread():
         return [episode.robots for episode in play(job, advance=advance_in_lockstep)]
 
@@ -40,21 +40,29 @@ if __name__ == "__main__":
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
     training = Training.resumed(load_checkpoint(asked.training))
-    learner, task = training.learners["robots"], training.task
+    learner = training.learners["robots"]
+    plan = training.task.plan
+    scenario = training.settings.scenario
+
+    # Robots play as they are.
+    who = player_of(learner)
     seeds = chunks(range(asked.seed, asked.seed + asked.episodes), IN_LOCKSTEP)
-    who, scenario = player_of(learner), training.settings.scenario
     jobs = [
-        Job(task.plan, scenario, who, FIRES[name](), some)
+        Job(plan, scenario, who, FIRES[name](), some)
         for name in asked.fire
         for some in seeds
     ]
     with ProcessPoolExecutor(asked.workers) as pool:
         lives = [life for part in pool.map(played, jobs) for life in part]
-    print(f"{len(lives)} evacuations, {sum(life.steps for life in lives):,} decisions")
-    asis = learner.settings
+    decisions = sum(life.steps for life in lives)
+    print(f"{len(lives)} evacuations, {decisions:,} decisions")
+
+    # What would they learn from it, by each λ?
+    settings = learner.settings
     for lambd in LAMBDAS:
-        learner.settings, learner.buffer = replace(asis, lambd=lambd), []
+        learner.settings = replace(settings, lambd=lambd)
+        learner.buffer = []
         learner.add(lives)
         signal = measure_signal(learner)
-        told = (f"{name} {figure:.2f}" for name, figure in signal.items())
-        print(f"lambda {lambd}: {', '.join(told)}")
+        figures = (f"{name} {figure:.2f}" for name, figure in signal.items())
+        print(f"lambda {lambd}: {', '.join(figures)}")

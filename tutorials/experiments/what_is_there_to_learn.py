@@ -10,6 +10,7 @@ robot observes, and `guard` one sequence of fires.
 
 from argparse import ArgumentParser
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from functools import partial
 from itertools import product
 from math import inf
@@ -64,7 +65,8 @@ class OneWayOutEach:
     def decide(self, world, robots, rng):
         def way_of(outside, robot, led):
             ways = world.building.ways_out(robot.floor)
-            return way_by(outside, robot, ways[robot.number % len(ways)])
+            own = ways[robot.number % len(ways)]
+            return way_by(outside, robot, own)
 
         return as_observer(world, robots, way_of)
 
@@ -106,27 +108,25 @@ FAMILY = {
     "sweep as observed": (SweepAsObserved, {}),
     "guard": (Guard, {}),
 }
-"""A class, and what is different in its module."""
+"""A class, and which numbers of its module are others."""
 
 UNDER = ("random", "busiest", "fixed", "closer", "greedy")
 
 
 def saved(name, fire, seeds):
     """Per cent of people saved in each evacuation."""
-    guide, differs = FAMILY[name]
-    patches = [patch.object(guides, key, value) for key, value in differs.items()]
-    for one in patches:
-        one.start()
-    runs = [
-        Simulation(
-            load("paper"), Scenario(), guide(), strategy_named(fire, "fire"), seed
-        )
-        for seed in seeds
-    ]
-    with one_thread():
+    guide, changes = FAMILY[name]
+    with ExitStack() as stack:
+        stack.enter_context(one_thread())
+        for number, value in changes.items():
+            stack.enter_context(patch.object(guides, number, value))
+        runs = []
+        for seed in seeds:
+            foe = strategy_named(fire, "fire")
+            runs.append(Simulation(load("paper"), Scenario(), guide(), foe, seed))
         run_in_lockstep(runs)
-    patch.stopall()
-    return np.array([100 * r.outcome().evacuated / r.outcome().people for r in runs])
+    outcomes = [run.outcome() for run in runs]
+    return np.array([100 * o.evacuated / o.people for o in outcomes])
 
 
 if __name__ == "__main__":
@@ -142,11 +142,12 @@ if __name__ == "__main__":
             (name, fire): pool.submit(saved, name, fire, seeds)
             for fire, name in product(asked.fire, FAMILY)
         }
-        usual = ""  # best under the first fire
+        usual = None  # the best under the first fire
         for fire in asked.fire:
             found = {name: jobs[name, fire].result() for name in FAMILY}
             best = max(FAMILY, key=lambda name: found[name].mean())
-            usual = usual or best
+            if usual is None:
+                usual = best
             more, low, high = interval_of_mean(found[best] - found[usual])
             print(f"{fire}: {best} saves {more:.1f} [{low:.1f}, {high:.1f}] points")
             print(f"more than {usual}, the best under {asked.fire[0]}")

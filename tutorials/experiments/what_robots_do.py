@@ -8,6 +8,7 @@ people who follow it. The last column is the return, discounted by GAMMA.
 
 from argparse import ArgumentParser
 from collections import Counter
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,7 +38,8 @@ def deed(world, robot):
     if not robot.way:
         return "waits"
     lost = unguided(world) & (world.bodies.floor == robot.floor)
-    there = np.hypot(*(world.bodies.position - robot.destination).T) <= GROUP_RADIUS
+    off = world.bodies.position - robot.destination
+    there = np.linalg.norm(off, axis=1) <= GROUP_RADIUS
     followed = len(followers_of(world, robot)) > 0
     if (lost & there).any():
         return "fetches more" if followed else "fetches"
@@ -46,11 +48,22 @@ def deed(world, robot):
     return "other" if robot.says == NOWHERE else "leads"
 
 
+class Evacuation(NamedTuple):
+    """What came of one evacuation."""
+
+    deeds: Counter[str]  # decisions of each kind
+    led: list[int]  # people who followed, at each decision
+    saved: float  # share of people
+    reward: float  # discounted
+
+
 def evacuation(team, fire, seed):
-    """Count deeds in one evacuation, and people led at each; share saved and reward."""
-    players = strategy_named(team, "robots"), strategy_named(fire, "fire")
-    now = Simulation(load("paper"), Scenario(), *players, seed)
-    deeds, led = Counter(), []
+    """Play one evacuation, and note what robots decide."""
+    robots = strategy_named(team, "robots")
+    fire = strategy_named(fire, "fire")
+    now = Simulation(load("paper"), Scenario(), robots, fire, seed)
+    deeds = Counter()
+    led = []
     while not now.done:
         decides = now.ticks % now.decision_ticks == 0
         now.step()
@@ -58,16 +71,18 @@ def evacuation(team, fire, seed):
             if decides and robot.active and robot.floor == 0:
                 deeds[deed(now.world, robot)] += 1
                 led.append(len(followers_of(now.world, robot)))
-    outcome, reward = now.outcome(), discounted(now.events)
-    return deeds, led, outcome.evacuated / outcome.people, reward
+    outcome = now.outcome()
+    saved = outcome.evacuated / outcome.people
+    return Evacuation(deeds, led, saved, discounted(now.events))
 
 
 def discounted(events):
     """The group's reward, health points, as it is worth at the first decision."""
-    return sum(
-        group_reward([event]) * GAMMA ** (event.time // DECISION_SECONDS)
-        for event in events
-    )
+    worth = 0.0
+    for event in events:
+        decisions = event.time // DECISION_SECONDS
+        worth += group_reward([event]) * GAMMA**decisions
+    return worth
 
 
 if __name__ == "__main__":
@@ -84,10 +99,10 @@ if __name__ == "__main__":
     print(f"\n{'% of decisions':24} {columns}   led  saved  return")
     for team in asked.teams:
         runs = [evacuation(team, asked.fire, seed) for seed in seeds]
-        deeds = sum((run[0] for run in runs), Counter())
+        deeds = sum((run.deeds for run in runs), Counter())
         shares = [100 * deeds[name] / deeds.total() for name in DEEDS]
-        led = np.mean([people for run in runs for people in run[1]])
-        saved = 100 * np.mean([run[2] for run in runs])
-        reward = np.mean([run[3] for run in runs])
+        led = np.mean([people for run in runs for people in run.led])
+        saved = 100 * np.mean([run.saved for run in runs])
+        reward = np.mean([run.reward for run in runs])
         numbers = " ".join(f"{share:12.1f}" for share in shares)
         print(f"{team[-24:]:24} {numbers} {led:5.2f}  {saved:5.1f} {reward:7.0f}")

@@ -25,30 +25,32 @@ GROUND = 0
 
 def reaches_exit(world):
     """(n,) bool: could each walk from where they are to an exit, past the flames?"""
-    nav, building = navigation_of(world.building), world.building
+    building = world.building
+    nav = navigation_of(building)
     goals = np.concatenate([nav.goals[exit_] for exit_ in building.exits])
     passable = np.where(world.flames.burning, np.inf, 1.0)
-    return np.isfinite(nav.distances(goals, passable))[world.bodies.place]
+    metres = nav.distances(goals, passable)
+    return np.isfinite(metres[world.bodies.place])
 
 
 class Notes:
-    """What is noted of one evacuation, (n,) each.
-
-    began, floor  where people began, and were last
-    ground        s on the ground floor;  led, open: s of these led by a robot, and s
-                  with a way to an exit
-    now, losses   bool, led there just now; how often they lost a robot there
-    """
+    """What is noted of one evacuation, of each person: arrays (n,)."""
 
     def __init__(self, run):
-        self.run, bodies = run, run.world.bodies
-        self.began, self.floor = bodies.floor.copy(), bodies.floor.copy()
-        self.ground, self.led, self.open, self.losses = np.zeros((4, len(bodies)))
-        self.now = bodies.walking & False
+        self.run = run
+        bodies = run.world.bodies
+        self.began = bodies.floor.copy()  # the floor where they began
+        self.floor = bodies.floor.copy()  # the floor where they were last
+        self.ground = np.zeros(len(bodies))  # seconds on the ground floor
+        self.led = np.zeros(len(bodies))  # of these, led by a robot
+        self.open = np.zeros(len(bodies))  # of these, with a way to an exit
+        self.losses = np.zeros(len(bodies))  # how often they lost a robot there
+        self.now = np.zeros(len(bodies), bool)  # are they led there just now?
 
     def note(self, seconds):
         """Note how people are now, and count it for some seconds."""
-        world, bodies = self.run.world, self.run.world.bodies
+        world = self.run.world
+        bodies = world.bodies
         self.floor = np.where(bodies.inside, bodies.floor, self.floor)
         here = bodies.walking & (bodies.floor == GROUND)
         led = here & (guided_by(world) >= len(bodies))
@@ -63,41 +65,51 @@ class Notes:
 def evacuations(team, fire, seeds):
     """Play them in lockstep; return notes of each."""
     scenario = Scenario()
-    team, fire = strategy_named(team, "robots"), strategy_named(fire, "fire")
+    team = strategy_named(team, "robots")
+    fire = strategy_named(fire, "fire")
     runs = [
         Simulation(load("paper"), scenario, deepcopy(team), deepcopy(fire), seed)
         for seed in seeds
     ]
     notes = [Notes(run) for run in runs]
+    going = notes
     with one_thread():
-        while going := [one for one in notes if not one.run.done]:
+        while going:
             for one in going:
                 one.note(scenario.decision_seconds)
             advance_in_lockstep([one.run for one in going])
+            going = [one for one in going if not one.run.done]
     return notes
 
 
 def tell(team, notes):
     """Print what came of a team's evacuations."""
-    facts = {
-        name: np.concatenate([getattr(one, name) for one in notes])
-        for name in ("began", "floor", "ground", "led", "open", "losses", "now")
-    }
-    fate = np.concatenate([one.run.world.bodies.fate for one in notes])
-    dead, above = fate == Fate.DEAD, facts["began"] > GROUND
-    low = facts["floor"] == GROUND
+    began = np.concatenate([one.began for one in notes])
+    floor = np.concatenate([one.floor for one in notes])
+    ground = np.concatenate([one.ground for one in notes])
+    led = np.concatenate([one.led for one in notes])
+    open_ = np.concatenate([one.open for one in notes])
+    now = np.concatenate([one.now for one in notes])
+    dead = np.concatenate([one.run.world.bodies.fate == Fate.DEAD for one in notes])
+
     print(f"{team}: {dead.sum() / len(notes):.1f} die; by floors, the lowest first")
-    for words, name in (("began there", "began"), ("were there last", "floor")):
-        each = np.bincount(facts[name][dead], minlength=3) / len(notes)
+    for words, floors in (("began there", began), ("were there last", floor)):
+        each = np.bincount(floors[dead], minlength=3) / len(notes)
         print(f"    {words:16}", *(f"{some:5.1f}" for some in each))
+
+    above = began > GROUND
     for words, who in (("got out", ~dead & above), ("died", dead & above)):
-        seconds = facts["ground"][who]
-        led, free = (facts[k][who].sum() / seconds.sum() for k in ("led", "open"))
+        seconds = ground[who]
+        share_led = led[who].sum() / seconds.sum()
+        share_open = open_[who].sum() / seconds.sum()
         print(f"    those from above who {words}: {seconds.mean():.0f} s on the lowest")
-        print(f"        floor, {led:.0%} led, {free:.0%} with a way out")
-    lost, last = facts["losses"].sum() / len(notes), facts["now"][dead & low]
-    print(f"    {lost:.1f} times somebody loses a robot there")
-    print(f"    {last.mean():.0%} of those who die there are led then", flush=True)
+        print(f"        floor, {share_led:.0%} led, {share_open:.0%} with a way out")
+
+    losses = sum(one.losses.sum() for one in notes) / len(notes)
+    print(f"    {losses:.1f} times somebody loses a robot there")
+    led_at_death = now[dead & (floor == GROUND)]
+    share = led_at_death.mean()
+    print(f"    {share:.0%} of those who die there are led then", flush=True)
 
 
 if __name__ == "__main__":

@@ -40,9 +40,10 @@ def way_out(world, robot, goal):
 
 def kind(world, robot, own, other):
     """Tell in which of KINDS two goals of a robot differ; None if they do not."""
-    if not len(followers_of(world, robot)):
+    if len(followers_of(world, robot)) == 0:
         return ALONE if own != other else None
-    mine, theirs = (way_out(world, robot, goal) for goal in (own, other))
+    mine = way_out(world, robot, own)
+    theirs = way_out(world, robot, other)
     if mine != NOWHERE and theirs != NOWHERE:
         return WHERE if mine != theirs else None
     if mine != theirs:
@@ -54,13 +55,16 @@ class Advised:
     """A team that follows another one's advice where they differ in one kind."""
 
     def __init__(self, own, other, follows):
-        self.own, self.other, self.follows = own, other, follows
+        self.own = own
+        self.other = other
+        self.follows = follows
         self.differ = Counter()
 
     def decide(self, world, robots, rng):
-        both = [team.decide(world, robots, rng) for team in (self.own, self.other)]
+        mine = self.own.decide(world, robots, rng)
+        theirs = self.other.decide(world, robots, rng)
         goals = []
-        for robot, own, other in zip(robots, *both, strict=True):
+        for robot, own, other in zip(robots, mine, theirs, strict=True):
             differ = kind(world, robot, own, other)
             self.differ[differ] += 1
             goals.append(other if differ and differ == self.follows else own)
@@ -70,8 +74,11 @@ class Advised:
 def evacuations(asked, follows):
     """Per cent of people saved in each evacuation, and decisions of each kind."""
     fire = strategy_named(asked.fire, "fire")
-    both = [strategy_named(team, "robots") for team in (asked.team, asked.other)]
-    teams = [Advised(*deepcopy(both), follows) for _ in range(asked.episodes)]
+    own = strategy_named(asked.team, "robots")
+    other = strategy_named(asked.other, "robots")
+    teams = []
+    for _ in range(asked.episodes):
+        teams.append(Advised(deepcopy(own), deepcopy(other), follows))
     runs = [
         Simulation(load("paper"), Scenario(), team, deepcopy(fire), seed)
         for seed, team in enumerate(teams, start=asked.seed)
