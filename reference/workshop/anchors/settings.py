@@ -21,11 +21,21 @@ import numpy as np
 from reference.building import Building
 from reference.game.codec import AXES, PolicyCodec, Sizes
 from reference.game.observations import from_normalised, grid_shape, to_normalised
-from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
+from reference.learning.settings import (
+    ATTENTION_HEADS,
+    REWARD_SCALE,
+    Side,
+    TrainerSettings,
+)
 from reference.navigation import navigation_of
 from reference.paper import InputError, Scenario
 from reference.workshop.anchors.frame import UNIT, RobotView
-from reference.workshop.storage.records import SettingsError, check_rows
+from reference.workshop.storage.records import (
+    ABOVE_0,
+    Row,
+    SettingsError,
+    check_rows,
+)
 from reference.workshop.strategies.fires import places_beside
 
 LIT = 2.0
@@ -34,10 +44,20 @@ LIT = 2.0
 
 # -- Settings -----------------------------------------------------------------------
 
+HYPER = ("hyperparameters",)
+NETWORK = ("network_settings",)
+REWARD = ("reward_signals", "extrinsic")
+
+Share = Annotated[float, Row(HYPER, low=0, high=1)]
+Schedule = Annotated[str, Row(HYPER, ("linear", "constant"))]
+
 
 @dataclass(frozen=True)
 class SideSettings(TrainerSettings):
     """A table with rows for anchors; all are off in Tables I and II [C5, C7, chosen].
+
+    Rows of the tables stand here again with their sections in ML-Agents' files and
+    the values that they may have, where a whole number from 1 is not what is wanted.
 
     head        which codec and which head policies have: see this module
     spread      metres, standard deviation of a mixture around each anchor
@@ -48,6 +68,25 @@ class SideSettings(TrainerSettings):
                 would turn round before it arrives anywhere
     masks       a mixture may not choose anchors that help nobody, see `frame`
     """
+
+    trainer_type: Annotated[str, Row((), ("poca", "ppo"))]
+    batch_size: Annotated[int, Row(HYPER)]
+    buffer_size: Annotated[int, Row(HYPER)]
+    learning_rate: Annotated[float, Row(HYPER, low=ABOVE_0, high=1)]
+    learning_rate_schedule: Schedule
+    beta: Share
+    beta_schedule: Schedule
+    epsilon: Annotated[float, Row(HYPER, low=ABOVE_0, high=1)]
+    epsilon_schedule: Schedule
+    lambd: Share
+    num_epoch: Annotated[int, Row(HYPER)]
+    vis_encode_type: Annotated[str, Row(NETWORK, ("simple",))]
+    normalize: Annotated[bool, Row(NETWORK)]
+    hidden_units: Annotated[int, Row(NETWORK, high=2**13)]
+    num_layers: Annotated[int, Row(NETWORK, high=2**5)]
+    gamma: Annotated[float, Row(REWARD, low=0, high=1)]
+    strength: Annotated[float, Row(REWARD, low=0)]
+    reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
 
     head: Annotated[str, Row(None, ("floor", "mixture"))] = "floor"
     spread: Annotated[float, Row(None, low=0.01)] = 0.4
