@@ -7,7 +7,7 @@ environment's actions are coordinates of the whole floor, in [-1, 1].
     V    numbers a network reads;  K  of its action;  A  of the environment's action
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,7 +28,7 @@ class Moment:
 
     vectors: np.ndarray  # (G, V) float32, what each agent observed last
     alive: np.ndarray  # (G,) bool, who has not left
-    world: World  # of it networks read the grid, and where robots are headed
+    world: World  # of it networks read the grid
     rng: np.random.Generator | None = None  # for sampling; None: mean or likeliest
     seed: int = 0  # of the episode
 
@@ -63,21 +63,20 @@ class PolicyCodec:
             branches=(self.building.floors,) if self.side == "fire" else (),
         )
 
-    def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
-        """(N, V) float32, what a network reads of observations (N, V).
+    def read(self, moments: Sequence[Moment]) -> np.ndarray:
+        """(S, G, V) float32, what a network reads at S moments.
 
         The fire's numbers are scaled; Table II does not scale them [E4, deviation].
-        headed: (R, 2), where robots go; the paper's policies do not read it.
         """
+        vectors = np.stack([moment.vectors for moment in moments])
         if self.side == "fire":
             return self.layout.scaled(vectors)
         return vectors
 
-    def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """The environment's actions (..., A) in [-1, 1] of a network's (..., K).
+    def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
+        """The environment's actions (S, G, A) in [-1, 1] of a network's (S, G, K).
 
         clamp(a, -3, 3)/3; the fire's floor, a branch, comes first.
-        vectors: (..., V), observed.
         """
         axes = raw[..., :AXES].clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT
         if self.side == "robots":

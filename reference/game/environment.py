@@ -66,9 +66,15 @@ def fire_decision(building: Building, action: np.ndarray) -> Decision:
     return floor, *_metres(building, action[1:])
 
 
+def from_normalised(building: Building, normalised: np.ndarray) -> np.ndarray:
+    """Convert (..., 2) to metres: the main body is [-1, 1] x [-1, 1]."""
+    low, high = np.reshape(building.body, (2, 2))
+    return normalised * ((high - low) / 2) + (low + high) / 2
+
+
 def _metres(building: Building, action: np.ndarray) -> tuple[float, float]:
     """Convert normalised x and y, clipped to the main body, to metres with DECIMALS."""
-    metres = observations.from_normalised(building, action.clip(-1, 1))
+    metres = from_normalised(building, action.clip(-1, 1))
     x, y = metres.astype(np.float64).round(DECIMALS).tolist()
     return x, y
 

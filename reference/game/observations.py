@@ -215,38 +215,6 @@ def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.nd
     return np.lexsort((metres, rank), axis=1)
 
 
-def robot_destinations(world: World) -> np.ndarray:
-    """Find where robots under way go to: (R, 2) float32 normalised, else nan.
-
-    The actual target of their last decision (Eq. 1), clipped to the main body: deciding
-    it again changes nothing.
-    """
-    spots = [r.destination if r.way else (np.nan, np.nan) for r in world.robots]
-    metres = np.array(spots, dtype=np.float64).reshape(-1, 2)
-    return to_normalised(world.building, metres).clip(-1, 1).astype(np.float32)
-
-
-# -- Normalised coordinates --------------------------------------------------------
-
-
-def to_normalised(building: Building, metres: np.ndarray) -> np.ndarray:
-    """Convert metres (..., 2) so that the main body is [-1, 1] x [-1, 1]."""
-    middle, half = _middle_and_half(building)
-    return (metres - middle) / half
-
-
-def from_normalised(building: Building, normalised: np.ndarray) -> np.ndarray:
-    """Invert `to_normalised`."""
-    middle, half = _middle_and_half(building)
-    return normalised * half + middle
-
-
-def _middle_and_half(building: Building) -> tuple[np.ndarray, np.ndarray]:
-    """(2,) the middle of the main body, and (2,) half its size."""
-    low, high = np.reshape(building.body, (2, 2))
-    return (low + high) / 2, (high - low) / 2
-
-
 # -- The grid -----------------------------------------------------------------------
 
 

@@ -132,7 +132,7 @@ def test_a_gaussian_fire_s_branch_is_a_floor(name):
     """Branch k lights floor k; a number beyond 3 is clipped."""
     building = load(name)
     raw = np.array([[[6.0, -1.5, k]] for k in range(building.floors)])
-    actions = PolicyCodec("fire", building, SCENARIO).actions(raw, raw)
+    actions = PolicyCodec("fire", building, SCENARIO).actions(raw, [])
     assert actions[:, 0, 1:].tolist() == [[1.0, -0.5]] * building.floors
     lit = [fire_decision(building, action)[0] for action in actions[:, 0]]
     assert lit == list(range(building.floors))

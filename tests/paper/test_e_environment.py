@@ -13,6 +13,7 @@ from reference.game.environment import FIRE, Environment, action_size
 from reference.paper import Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
+from reference.workshop.anchors.frame import to_normalised
 from reference.workshop.comparing.named import strategy_of
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import Patrol
@@ -150,7 +151,7 @@ def test_an_action_near_a_stairwell_means_the_stairwell():
     """It lies outside the main body, but its middle can be chosen by Eq. 1."""
     environment = game("paper")
     well = environment.building.stairwells[0]
-    spot = observations.to_normalised(environment.building, np.array(well.centre))
+    spot = to_normalised(environment.building, np.array(well.centre))
     assert np.abs(spot).max() > 1
     environment.step(idle(environment) | {"robot_2": spot})
     robot = environment.simulation.world.robots[2]
@@ -187,7 +188,7 @@ def test_a_strategys_decisions_played_as_actions_give_the_strategys_run(name):
         actions = idle(environment)
         for k, where in decided.items():
             if where is not None:
-                spot = observations.to_normalised(building, np.array(where))
+                spot = to_normalised(building, np.array(where))
                 actions[f"robot_{k}"] = spot.astype(np.float32)
         environment.step(actions)
     assert environment.simulation.done
@@ -204,7 +205,7 @@ def ablaze(environment, floor=0):
     """The fire asks for a free cell in the middle of a room of a floor."""
     room = max(environment.building.rooms(floor), key=lambda area: area.size)
     x, y = environment.building.metres(*room.cells[len(room.cells) // 2].tolist())
-    spot = observations.to_normalised(environment.building, np.array([x, y]))
+    spot = to_normalised(environment.building, np.array([x, y]))
     share = (2 * floor + 1) / environment.building.floors - 1
     return idle(environment) | {FIRE: np.float32([share, *spot])}
 

@@ -12,6 +12,7 @@ The trainers compute what ML-Agents computes; settings with anchors give them an
     C    numbers it emits, in units of UNIT metres: x and y; the fire's storey first
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Annotated
@@ -19,8 +20,9 @@ from typing import Annotated
 import numpy as np
 
 from reference.building import Building
-from reference.game.codec import AXES, PolicyCodec, Sizes
-from reference.game.observations import from_normalised, grid_shape, to_normalised
+from reference.game.codec import AXES, Moment, PolicyCodec, Sizes
+from reference.game.environment import from_normalised
+from reference.game.observations import grid_shape
 from reference.learning.settings import (
     ATTENTION_HEADS,
     REWARD_SCALE,
@@ -29,7 +31,12 @@ from reference.learning.settings import (
 )
 from reference.navigation import navigation_of
 from reference.paper import InputError, Scenario
-from reference.workshop.anchors.frame import UNIT, RobotView
+from reference.workshop.anchors.frame import (
+    UNIT,
+    RobotView,
+    robot_destinations,
+    to_normalised,
+)
 from reference.workshop.storage.records import (
     ABOVE_0,
     Row,
@@ -150,17 +157,28 @@ class RobotsFrame(PolicyCodec):
             head=partial(MixtureHead, (self.anchors, AXES), s.spread, s.commitment),
         )
 
-    def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
-        """(N, V) float32, what robots see in their frames."""
+    def read(self, moments: Sequence[Moment]) -> np.ndarray:
+        """(S, G, V) float32, what robots see in their frames; all moments at once."""
+        vectors = np.concatenate([moment.vectors for moment in moments])
+        headed = [robot_destinations(moment.world) for moment in moments]
+        seen = self.numbers(vectors, np.concatenate(headed))
+        return seen.reshape(len(moments), -1, self.size)
+
+    def numbers(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
+        """(N, V) float32, what robots that observe vectors see, headed to (N, 2)."""
         return self._view(vectors, headed).numbers()
 
-    def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """The environment's actions (..., 2) of units around the robots (..., 2)."""
+    def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
+        """The environment's actions (S, G, 2) of units around the robots (S, G, 2)."""
+        return self.normalised(raw, np.stack([moment.vectors for moment in moments]))
+
+    def normalised(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """(..., 2) in [-1, 1] of units around the robots that observe vectors."""
         metres = self._own(vectors) + UNIT * raw
         return to_normalised(self.building, metres).clip(-1, 1).astype(np.float32)
 
     def raw(self, actions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """Invert `actions`; nan stays nan."""
+        """Invert `normalised`; nan stays nan."""
         metres = from_normalised(self.building, actions.astype(np.float64))
         return ((metres - self._own(vectors)) / UNIT).astype(np.float32)
 
@@ -170,7 +188,7 @@ class RobotsFrame(PolicyCodec):
     def off_anchors(self, raw: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """(N,) metres from raw actions (N, 2) to the nearest anchor that is allowed.
 
-        seen: (N, V), what `read` returned.
+        seen: (N, V), what `numbers` returned.
         """
         K = self.anchors
         anchors = seen[:, : 2 * K].reshape(-1, K, 2)
@@ -207,19 +225,20 @@ class MixtureOfFire(PolicyCodec):
             head=partial(MixtureHead, (K, C), self.settings.spread, 0.0),
         )
 
-    def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
-        """(N, V) float32: anchors, which may be chosen, and what the paper's reads."""
-        sources = self.layout.read(vectors, "fires")[:, None]  # (N, 1, F, 3)
+    def read(self, moments: Sequence[Moment]) -> np.ndarray:
+        """(S, 1, V) float32: anchors, which may be chosen, what the paper's reads."""
+        vectors = np.stack([moment.vectors for moment in moments])
+        sources = self.layout.read(vectors, "fires")[..., None, :, :]  # (S, 1, 1, F, 3)
         off = self.anchors[:, None, 1:] * UNIT - sources[..., :2]
         near = np.hypot(off[..., 0], off[..., 1]) < LIT
         lit = (near & (sources[..., 2] == self.anchors[:, None, 0])).any(axis=-1)
         # Where all are lit, all may be chosen: a mixture needs one.
         allowed = ~lit | lit.all(axis=-1, keepdims=True)
-        anchors = np.tile(self.anchors.ravel(), (len(vectors), 1))
-        parts = [anchors, allowed, super().read(vectors, headed)]
-        return np.concatenate(parts, axis=1, dtype=np.float32)
+        anchors = np.tile(self.anchors.ravel(), (len(vectors), 1, 1))
+        parts = [anchors, allowed, super().read(moments)]
+        return np.concatenate(parts, axis=-1, dtype=np.float32)
 
-    def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
         """The environment's actions (..., 3) of storey and place (..., 3)."""
         floors = self.building.floors
         floor = raw[..., :1].round().clip(0, floors - 1)
