@@ -18,10 +18,7 @@ from reference.building import Building, Kind
 from reference.paper import Scenario
 from reference.world import World
 
-WALLS = "walls"
-FLAMES = "fires"
-EXITS = "exits"
-GRID_KINDS = (WALLS, FLAMES, EXITS)
+GRID_KINDS = ("walls", "fires", "exits")
 """[C3, chosen] kinds of channels, in this order; each has one channel per floor."""
 
 
@@ -240,10 +237,10 @@ def grid(world: World) -> np.ndarray:
     has_exit = (building.kind == Kind.EXIT).any(axis=(1, 2), keepdims=True)
     ways_out = np.where(has_exit, kind == Kind.EXIT, kind == Kind.ENTRANCE)
 
+    channels = np.concatenate([kind == Kind.WALL, burning, ways_out])
+    _, rows, cols = channels.shape
     cells = np.zeros(grid_shape(building), dtype=np.uint8)
-    _channels(cells, WALLS, kind)[:] = kind == Kind.WALL
-    _channels(cells, FLAMES, kind)[:] = burning
-    _channels(cells, EXITS, kind)[:] = ways_out
+    cells[:, :rows, :cols] = channels
     return cells
 
 
@@ -252,10 +249,3 @@ def _main_body(cells: np.ndarray, building: Building) -> np.ndarray:
     left, bottom, right, top = (int(edge) for edge in building.body)
     row, col = building.origin
     return cells[:, row - top : row - bottom, col + left : col + right]
-
-
-def _channels(cells: np.ndarray, kind: str, body: np.ndarray) -> np.ndarray:
-    """View the main body, (floors, rows, cols), in a grid's channels of one kind."""
-    floors, rows, cols = body.shape
-    start = GRID_KINDS.index(kind) * floors
-    return cells[start : start + floors, :rows, :cols]

@@ -150,8 +150,8 @@ C2 paper
   - FIRE_SOURCES = 8
   + FIRE_SOURCES = 7
 C3 game/observations
-  - _channels(cells, FLAMES, kind)[:] = burning
-  + _channels(cells, FLAMES, kind)[:] = burning[::-1]
+  - np.concatenate([kind == Kind.WALL, burning, ways_out])
+  + np.concatenate([kind == Kind.WALL, burning[::-1], ways_out])
 C4 game/observations
   - rank = np.where(up >= 0, up, floors - up)
   + rank = np.abs(up)
