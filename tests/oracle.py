@@ -51,7 +51,8 @@ def worth(
     entities, absent = [], []
     for vectors, action in agents:
         missing = vectors[:, :1].isnan()
-        x = critic.encoder(torch.where(missing, 0.0, vectors), grids)
+        alone = torch.where(missing, 0.0, vectors)[:, None]  # groups of one
+        x = critic.encoder(alone, grids)[:, 0]
         known = action is not None
         entities.append(critic.f(torch.cat([x, action], 1)) if known else critic.g(x))
         absent.append(missing.to(x))
