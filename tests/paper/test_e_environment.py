@@ -334,40 +334,6 @@ def test_when_time_is_up_all_who_are_there_are_truncated():
     assert environment.agents == []
 
 
-# -- Mistakes -----------------------------------------------------------------------
-
-
-def test_refuses_a_step_before_the_first_reset_and_a_negative_seed():
-    """And says what to do."""
-    with pytest.raises(RuntimeError, match=r"call reset\(\)"):
-        Environment(shipped("tiny")).step({})
-    with pytest.raises(ValueError, match="a seed is 0 or more, not -1"):
-        game(seed=-1)
-
-
-@pytest.mark.parametrize(
-    "action",
-    [[0.0], [0.0, 0.0, 0.0], [[0.0, 0.0]], 1.0, "east", None, [np.nan, 0], [np.inf, 0]],
-)
-def test_refuses_an_action_that_is_none_by_the_name_of_the_agent(action):
-    """Too few numbers, too many, no numbers; and the fire has no old one to keep."""
-    environment = game()
-    with pytest.raises(ValueError, match="robot_2: an action is 2 numbers"):
-        environment.step(idle(environment) | {"robot_2": action})
-    with pytest.raises(ValueError, match="fire_0: an action is 3 numbers"):
-        environment.step(idle(environment) | {FIRE: np.full(3, np.nan)})
-
-
-def test_refuses_a_missing_action_by_the_name_of_the_agent():
-    """Nothing has happened then, and the step can be taken again."""
-    environment = game()
-    actions = idle(environment)
-    del actions["robot_3"]
-    with pytest.raises(ValueError, match="robot_3 is still there, but has no action"):
-        environment.step(actions)
-    assert environment.decision == 0 and environment.simulation.ticks == 0
-
-
 # -- Seeds --------------------------------------------------------------------------
 
 
