@@ -7,7 +7,7 @@ import pytest
 from alike import same
 from lives import settings
 
-from reference.building import building_of, plan_of
+from reference.building import building_of
 from reference.fire import NoFire, RandomFire
 from reference.game.codec import PolicyCodec
 from reference.game.environment import FIRE, Environment, fire_decision
@@ -17,7 +17,7 @@ from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import SIDES
 from reference.paper import Scenario
 from reference.workshop.lockstep import advance_in_lockstep
-from reference.workshop.maps import load
+from reference.workshop.maps import load, plan_of
 
 TINY = plan_of(load("tiny"))
 TABLE = settings("ppo", hidden_units=8, num_layers=1)  # Gaussians
