@@ -48,7 +48,7 @@ BOOK = (
     "view",  # what one human sees now
     "humans",  # Algorithms 1 and 2
     "robots",  # Algorithm 3, Eq. 1, who guides
-    "motion",  # bodies move without overlap
+    "motion",  # bodies walk, give way and push
     "walking",  # people walk, take the stairs
     "beginning",  # who stands where before the first tick
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
@@ -111,7 +111,7 @@ FRONT_DOOR = {
 
 __version__ = "0.17.2"
 
-GAME = 7
+GAME = 8
 """Increases when rules or numbers of the game change: policies learned in another game
 are refused, and runs begun in it are not resumed."""
 

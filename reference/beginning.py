@@ -90,9 +90,12 @@ def world_with_people_at(
 def _make_bodies(
     building: Building, place: np.ndarray, position: np.ndarray, rng: Rng
 ) -> Bodies:
-    """Bodies of people in these places, with a pace drawn for each."""
+    """Bodies of people in these places, with a pace drawn for each.
+
+    The last digit of few paces belongs to the platform: see `simulation`.
+    """
     n = len(place)
-    pace = rng.normal(paper.WALKING_SPEED, paper.WALKING_SPREAD, n)
+    pace = paper.WALKING_SPEED + paper.WALKING_SPREAD * rng.standard_normal(n)
     slowest, fastest = paper.WALKING_SPEED + np.array([-2, 2]) * paper.WALKING_SPREAD
     return Bodies(
         position=position,

@@ -7,12 +7,12 @@ beside     with a common side; two cells that share a corner only are not
 """
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
 from itertools import pairwise, permutations
-from math import dist
+from math import sqrt
 from typing import TypeAlias
 
 import networkx as nx
@@ -319,7 +319,7 @@ def _ways_of(building: Building, stairs_metres: float) -> nx.MultiDiGraph:
         kind = mark.kind.name.lower()
         for ends in permutations(mark.sides, 2):
             rooms = [building.area_of[end] for end in ends if end != OUTSIDE]
-            metres = sum(dist(room.centre, mark.position) for room in rooms)
+            metres = sum(distance(room.centre, mark.position) for room in rooms)
             if _can_walk(mark, rooms[0], ends):
                 ways.add_edge(
                     *ends, mark.id, kind=kind, width=mark.width, length=metres
@@ -358,6 +358,24 @@ def without_doors(graph: Graph, doors: Collection[str]) -> Graph:
     """
     edges = [edge for edge in graph.edges(keys=True) if edge[2] in doors]
     return nx.restricted_view(graph, [], edges)
+
+
+# Not hypot: processors and libraries round its last digit differently,
+# whereas IEEE 754 prescribes the last digit of + - * / and sqrt.
+
+
+def distance(one: Sequence[float], other: Sequence[float]) -> float:
+    """Metres between two points."""
+    x = other[0] - one[0]
+    y = other[1] - one[1]
+    return sqrt(x * x + y * y)
+
+
+def lengths(off: np.ndarray) -> np.ndarray:
+    """(...) metres of vectors (..., 2)."""
+    x = off[..., 0]
+    y = off[..., 1]
+    return np.sqrt(x * x + y * y)
 
 
 def signs_of(drawing: Drawing) -> np.ndarray:

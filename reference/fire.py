@@ -90,7 +90,10 @@ class Spread:
     """
 
     def __init__(self, building: Building, rng: Rng):
-        """delays: (places, places) s, of each border that flames of `burnable` pass."""
+        """delays: (places, places) s, of each border that flames of `burnable` pass.
+
+        The last digit of few delays belongs to the platform: see `simulation`.
+        """
         self.building = building
         burns = burnable(building)
         east = np.flatnonzero(burns & shifted(burns, 0, 1))

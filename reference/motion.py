@@ -48,21 +48,29 @@ class Pairs(NamedTuple):
 
 
 def turns(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
-    """Make a function that draws for (k,) bodies (k,) angles up to SHUFFLE_TURN."""
-    return lambda who: rng.uniform(-paper.SHUFFLE_TURN, paper.SHUFFLE_TURN, len(who))
+    """Make a function that draws for (k,) bodies (k,) turns up to SHUFFLE_TURN."""
+    return lambda who: paper.SHUFFLE_TURN * rng.uniform(-1, 1, len(who))
 
 
 def neighbours(
     position: np.ndarray, floor: np.ndarray, pace: np.ndarray, seconds: float
 ) -> np.ndarray:
-    """(2, k) bodies on the same floor that are near each other, each pair once."""
+    """(2, k) bodies on the same floor that are near each other, each pair once.
+
+    Sorted: the lower number of a pair comes first, and pairs with lower numbers do. So
+    sums over neighbours do not depend on the tree, which finds pairs in any order.
+    """
     if len(position) < 2:
         return np.empty((2, 0), np.int64)
     meeting = paper.body_diameter() + 2 * float(pace.max()) * seconds
     near = max(paper.NEIGHBOUR_METRES, meeting)
     where = position + (floor * FLOOR_APART)[:, None]
     tree = cKDTree(where, balanced_tree=False, compact_nodes=False)
-    return tree.query_pairs(near, output_type="ndarray").T
+    i, j = tree.query_pairs(near + 1e-6, output_type="ndarray").T
+    off = position.take(j, 0) - position.take(i, 0)
+    n = len(position)
+    pairs = np.sort((i * n + j)[_along(off, off) <= near * near])
+    return np.array(np.divmod(pairs, n))
 
 
 def step(
@@ -162,8 +170,15 @@ def _heed_neighbours(heading: Heading, pairs: Pairs) -> tuple[np.ndarray, np.nda
 
 
 def _push_weight(s: np.ndarray) -> np.ndarray:
-    """(k,) how strongly neighbours turn a body away, by the gaps to them."""
-    return paper.PUSH_STRENGTH * np.exp(-s / paper.PUSH_RANGE)
+    """(k,) how strongly neighbours turn a body away, by the gaps to them.
+
+    The model's exp(-s / PUSH_RANGE) is the limit of (1 + s / (n PUSH_RANGE)) ** -n for
+    large n. Ours is 16 [A9, chosen]: IEEE 754 does not say how to round exp.
+    """
+    root = 1 + s / (16 * paper.PUSH_RANGE)
+    for _ in range(4):
+        root *= root
+    return paper.PUSH_STRENGTH * (1 / root)
 
 
 # -- Walk, push, shuffle ------------------------------------------------------------
@@ -210,9 +225,11 @@ def _shuffle(
     met = pairs.facing & (_along(e.take(pairs.i, 0), pairs.to_j) > 0)
     meets = np.zeros(len(e), bool)
     meets[pairs.i[met]] = True
-    angle = turns(who) - paper.SHUFFLE_RIGHT * meets[who]
+    way = e[who]
+    way[meets[who]] = _turned(e[meets & held_up], -paper.SHUFFLE_RIGHT)
+    half = turns(who)  # of a turn; twice that makes all angles nearly as frequent
     tried = moved.copy()
-    tried[who] += stride * _turned(e[who], angle)
+    tried[who] += stride * _turned(_turned(way, half), half)
 
     barred = who[~free(tried[who], who)]
     tried[barred] = moved[barred]
@@ -250,7 +267,7 @@ def _not_into_each_other(
     moved = wished.copy()
     while True:
         off = pairs.off(moved)
-        clash = _along(off, off) < room**2
+        clash = _along(off, off) < room * room
         if not clash.any():
             return moved
         who = pairs.i[clash & yields]
@@ -277,11 +294,12 @@ def _right_of(e: np.ndarray) -> np.ndarray:
     return np.array([e[:, 1], -e[:, 0]]).T
 
 
-def _turned(e: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """(k, 2) vectors turned to the left by angles, radians."""
+def _turned(e: np.ndarray, t: np.ndarray | float) -> np.ndarray:
+    """(k, 2) vectors turned to the left by the angles whose halves have tangents t."""
     x, y = e.T
-    cos = np.cos(angle)
-    sin = np.sin(angle)
+    square = t * t
+    cos = (1 - square) / (1 + square)
+    sin = 2 * t / (1 + square)
     return np.array([x * cos - y * sin, x * sin + y * cos]).T
 
 

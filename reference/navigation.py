@@ -2,8 +2,9 @@
 
 The paper's NavMesh becomes a grid of 1 m cells [A7, chosen]: a step goes
 to one of eight neighbours, diagonally only where both cells beside it are free; ways
-are then pulled straight wherever the straight line is free.  All floors share one
-numbering:
+are then pulled straight wherever the straight line is free.  Of equally short ways the
+next place is the one nearest to the goal, and of equally near ones that of the highest
+number [A7, chosen]: so scipy's search decides.  All floors share one numbering:
 
     p   place, a cell of the whole building: (floor * rows + row) * cols + col
     d   way to a goal, metres, inf where there is none
@@ -18,7 +19,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from reference import paper
-from reference.building import Building
+from reference.building import Building, lengths
 
 KEPT_WAYS = 512  # searches that are kept: some 20 MB for the paper's building
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
@@ -75,11 +76,11 @@ class StraightLines:
         self.cols = free.shape[2]
         self.reach = int(reach)
         self.side = 2 * self.reach + 1
-        self.table = np.zeros((free.size, self.side**2), dtype=bool)
+        self.table = np.zeros((free.size, self.side * self.side), dtype=bool)
         for k, (row, col) in enumerate(np.ndindex(self.side, self.side)):
             d_row = row - self.reach
             d_col = col - self.reach
-            if d_row**2 + d_col**2 <= reach**2:
+            if d_row * d_row + d_col * d_col <= reach * reach:
                 self.table[:, k] = _clear(free, ends, d_row, d_col, strict).ravel()
 
     def reaches(self, p: np.ndarray | int, q: np.ndarray | int) -> np.ndarray:
@@ -88,7 +89,7 @@ class StraightLines:
         d_col = q - p - d_row * self.cols
         near = (abs(d_row) <= self.reach) & (abs(d_col) <= self.reach)
         k = (d_row + self.reach) * self.side + d_col + self.reach
-        return near & self.table.ravel()[p * self.side**2 + near * k]
+        return near & self.table.ravel()[p * self.table.shape[1] + near * k]
 
     def reached_from(self, p: int) -> np.ndarray:
         """(k,) places that a straight line from p reaches, p among them."""
@@ -154,10 +155,11 @@ class Navigation:
                 ok &= shifted(free, d_row, 0) & shifted(free, 0, d_col)
             starts.append(np.flatnonzero(ok))
         start = np.concatenate(starts)
-        down, right = np.repeat(NEIGHBOURS, [len(some) for some in starts], axis=0).T
+        off = np.repeat(NEIGHBOURS, [len(some) for some in starts], axis=0)
+        down, right = off.T
         ends = (start, start + down * self.cols + right)
         shape = (self.floor_size, self.floor_size)
-        return csr_matrix((np.hypot(down, right), ends), shape=shape)
+        return csr_matrix((lengths(off), ends), shape=shape)
 
     # -- Places and points ----------------------------------------------------------
 
@@ -180,8 +182,8 @@ class Navigation:
         """Find the walkable place of a floor whose centre is nearest to a point."""
         start = floor * self.floor_size
         free = start + np.flatnonzero(self.walkable[start : start + self.floor_size])
-        off = self.centres[free] - (x, y)
-        return int(free[np.argmin((off**2).sum(axis=1))])
+        east, north = (self.centres[free] - (x, y)).T
+        return int(free[np.argmin(east * east + north * north)])
 
     def place_beyond(self, door: int, side: int) -> int:
         """Find the place across a door cell from one side, an area; else the cell."""

@@ -77,13 +77,14 @@ GIVE_WAY_SPEED = 0.6  # [A9, chosen] m/s: ... and step aside for who walks at th
 PUSH_ROUNDS = 3  # [A9, chosen] rounds in which a crowd passes pushes on
 HELD_UP_SPEED = 0.1  # [A9, chosen] m/s: a body that advances more slowly is held up ...
 SHUFFLE_SPEED = 0.3  # [A9, chosen] m/s: ... and tries a step at this speed ...
-SHUFFLE_TURN = 2.2
-"""[A9, chosen] ... at most this many radians off the way: a little backwards too, since
-arches of people before a door dissolve only if somebody makes room ..."""
+SHUFFLE_TURN = 0.61
+"""[A9, chosen] ... turned by at most 2.2 radians, of a quarter of which this is the
+tangent: a little backwards too, since arches of people before a door dissolve only if
+somebody makes room ..."""
 
-SHUFFLE_RIGHT = 1.0
-"""[A9, chosen] ... turned to the right by so much if somebody comes towards them: two
-crowds that meet sort themselves into lanes."""
+SHUFFLE_RIGHT = 0.55
+"""[A9, chosen] ... and to the right by 1 radian, of half of which this is the tangent,
+if somebody comes towards them: two crowds that meet sort themselves into lanes."""
 
 # -- Robots (Appendix C) ------------------------------------------------------------
 

@@ -13,14 +13,14 @@ still leads [A3, C6, chosen].  Neither people nor flames stop a ray [B1, chosen]
 
 from collections.abc import Callable, Iterable
 from functools import cache, cached_property, lru_cache, partial
-from math import dist
+from math import cos, pi, sin
 from operator import attrgetter
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
 from reference import paper
-from reference.building import Building, Kind
+from reference.building import Building, Kind, distance, lengths
 from reference.navigation import Navigation, StraightLines, navigation_of, shifted
 
 KEPT = 1 << 15  # answers of each kind that are kept
@@ -76,7 +76,7 @@ class Sight:
     def __init__(self, building: Building, reach: float):
         """Cast all rays from everywhere; reach: metres."""
         _, rows, cols = building.kind.shape
-        reach = min(reach, float(np.hypot(rows, cols)))  # nobody sees farther
+        reach = min(reach, distance((0, 0), (rows, cols)))  # nobody sees farther
         self.building = building
         self.reach = reach
         self.navigation: Navigation = navigation_of(building)
@@ -114,7 +114,7 @@ class Sight:
 
     def _cells_of_ray(self, k: int) -> list[tuple[int, int]]:
         """Offsets (row, col) of the cells that the k-th ray enters, in order."""
-        return _cells_along(2 * np.pi * k / len(self.hits), self.reach)
+        return _cells_along(direction(k, len(self.hits)), self.reach)
 
     def _number_patches(self, side: int) -> np.ndarray:
         """(places,) numbers of square patches of floor, `side` cells wide."""
@@ -137,7 +137,7 @@ class Sight:
         return Hit(kind, self._metres(p, q), self._marks[q])
 
     def _metres(self, p: int, q: int) -> float:
-        return dist(self._centres[p], self._centres[q])
+        return distance(self._centres[p], self._centres[q])
 
     # -- All rays from one place ----------------------------------------------------
 
@@ -162,7 +162,7 @@ class Sight:
             patch = int(self.patches[q])
             if q != p and patch not in ways:
                 off = self.navigation.centres[q] - self.navigation.centres[p]
-                x, y = (off / np.linalg.norm(off)).tolist()
+                x, y = (off / lengths(off)).tolist()
                 ways[patch] = Direction(patch, q, (x, y))
         return list(ways.values())
 
@@ -247,13 +247,21 @@ class Sight:
         return Ray(passed, stop=-1)
 
 
+def direction(k: int, rays: int) -> tuple[float, float]:
+    """Unit vector of the k-th of so many rays, east and north.
+
+    Rounded to 12 decimals: libraries' sines and cosines differ in the 16th.
+    """
+    angle = 2 * pi * k / rays
+    return round(cos(angle), 12), round(sin(angle), 12)
+
+
 @cache
-def _cells_along(angle: float, reach: float) -> list[tuple[int, int]]:
+def _cells_along(unit: tuple[float, float], reach: float) -> list[tuple[int, int]]:
     """Offsets (row, col) of the cells a ray enters, in order, its own left out."""
-    east = np.cos(angle)
-    south = -np.sin(angle)
-    steps = np.arange(0.05, reach, 0.05)
-    rows = np.floor(0.5 + steps * south + 1e-9).astype(int)
+    east, north = unit
+    steps = 0.05 * np.arange(1, reach / 0.05)
+    rows = np.floor(0.5 + steps * -north + 1e-9).astype(int)
     cols = np.floor(0.5 + steps * east + 1e-9).astype(int)
     cells = list(dict.fromkeys(zip(rows.tolist(), cols.tolist(), strict=True)))
     return [cell for cell in cells if cell != (0, 0)]

@@ -5,14 +5,14 @@ p           place
 """
 
 from collections.abc import Sequence
-from math import dist
+from math import sqrt
 from typing import Protocol
 
 import numpy as np
 from numpy.random import Generator as Rng
 
 from reference import paper
-from reference.building import Building, Kind
+from reference.building import Building, Kind, distance, lengths
 from reference.navigation import Navigation, navigation_of
 from reference.world import NOWHERE, Robot, World
 
@@ -50,7 +50,7 @@ class RobotAlgorithm:
         x, y = robot.position.tolist()
         while robot.way and metres > 0:
             to_x, to_y = nav.centres[robot.way[0]].tolist()
-            left = ((to_x - x) ** 2 + (to_y - y) ** 2) ** 0.5
+            left = distance((x, y), (to_x, to_y))
             if left > metres:
                 x += (to_x - x) * metres / left
                 y += (to_y - y) * metres / left
@@ -78,8 +78,8 @@ def speed_while_leading(robot: Robot, world: World) -> float:
     if navigation_of(world.building).to_landmarks[robot.place] < paper.DOORWAY_METRES:
         return paper.ROBOT_SPEED
     off = world.bodies.position[followers] - robot.position
-    gap = np.hypot(off[:, 0], off[:, 1]).sum() / len(followers)
-    waits = gap > paper.FOLLOWER_GAP + paper.CROWD_GAP * len(followers) ** 0.5
+    gap = float(lengths(off).cumsum()[-1]) / len(followers)  # `sum` adds in blocks
+    waits = gap > paper.FOLLOWER_GAP + paper.CROWD_GAP * sqrt(len(followers))
     return 0.0 if waits else paper.ROBOT_SPEED
 
 
@@ -94,8 +94,9 @@ def actual_target(building: Building, floor: int, x: float, y: float) -> Destina
     [C6, Eq. 1], reconstructed; "near" is NEAR_STAIRWELL.
     """
     wells = (well.centre for well in building.stairwells if floor in well.areas)
-    near = [centre for centre in wells if dist((x, y), centre) <= paper.NEAR_STAIRWELL]
-    return min(near, key=lambda centre: dist((x, y), centre), default=(x, y))
+    metres = {centre: distance((x, y), centre) for centre in wells}
+    near = [centre for centre in metres if metres[centre] <= paper.NEAR_STAIRWELL]
+    return min(near, key=metres.__getitem__, default=(x, y))
 
 
 def said_on_the_way(building: Building, floor: int, target: Destination) -> int:
@@ -109,11 +110,11 @@ def said_on_the_way(building: Building, floor: int, target: Destination) -> int:
     wells = [s for s in building.stairwells if s.leads_down(floor)]
     if below := [well for well in wells if well.centre == target]:
         marks = [mark for mark in here if mark.index in below[0].entrances[floor]]
-    elif any(dist(mark.position, target) <= paper.AT_EXIT_METRES for mark in exits):
+    elif any(distance(mark.position, target) <= paper.AT_EXIT_METRES for mark in exits):
         marks = exits
     else:
         return NOWHERE
-    return min(marks, key=lambda mark: dist(mark.position, target)).index
+    return min(marks, key=lambda mark: distance(mark.position, target)).index
 
 
 def flame_cost(world: World, floor: int) -> np.ndarray | None:

@@ -10,6 +10,7 @@ what is behind them [B1, chosen].
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -132,7 +133,7 @@ class View:
             there = nav.centres[goal.place].tolist()
         x = there[0] - here[0]
         y = there[1] - here[1]
-        far = (x * x + y * y) ** 0.5
+        far = sqrt(x * x + y * y)
         return (x / far, y / far) if far else None
 
 
@@ -158,7 +159,9 @@ def look(world: World, sight: Sight, who: np.ndarray) -> list[View]:
     near[np.arange(len(who)), who] = False
 
     k, j = np.divmod(np.flatnonzero(near), near.shape[1])
-    metres = np.hypot(off_x[k, j], off_y[k, j])
+    x = off_x[k, j]
+    y = off_y[k, j]
+    metres = np.sqrt(x * x + y * y)
     around = bodies_around(len(who), k, j, crowd.place[j], metres)
     each = zip(who.tolist(), around, strict=True)
     return [see(world, sight, i, bodies) for i, bodies in each]

@@ -14,7 +14,7 @@ from math import inf
 import numpy as np
 
 from reference import humans, paper
-from reference.building import Stairwell
+from reference.building import Stairwell, lengths
 from reference.motion import Free
 from reference.navigation import navigation_of
 from reference.world import NOBODY, NOWHERE, World
@@ -149,8 +149,7 @@ def _step_out(world: World, i: int, well: Stairwell) -> None:
     others = bodies.position[bodies.walking & (bodies.floor == well.lowest)]
     entrances = well.entrances[well.lowest]
     for mark, p in ((m, p) for m in entrances for p in nav.goals[m].tolist()):
-        x, y = (others - nav.centres[p]).T
-        if (np.hypot(x, y) >= paper.body_diameter()).all():
+        if (lengths(others - nav.centres[p]) >= paper.body_diameter()).all():
             bodies.place[i] = p
             bodies.position[i] = nav.centres[p]
             bodies.anchor[i] = nav.centres[p]

@@ -2,13 +2,14 @@
 
 The main text, which defines h, was not at hand; ours uses the graph of rooms, doors and
 stairwells [A3], and when each cell begins to burn.
+Its last digits belong to the platform, since products of matrices add in any order.
 
     h   difficulty, from 0 to `hardest()`
     d   shortest way out, metres, inf where there is none;  d0  the same without fire
     t   seconds since the evacuation began;  T  how long health lasts
 """
 
-from math import dist, inf, sqrt
+from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from reference import former_names, paper
-from reference.building import Building
+from reference.building import Building, distance
 from reference.fire import burnable, cells_around_clearance
 from reference.simulation import Simulation
 from reference.world import World
@@ -148,11 +149,11 @@ def _links(building: Building) -> Links:
         mark = building.landmark_of.get(key)
         if mark:
             node = len(building.areas) + mark.index
-            metres[here.index, node, here.index] = dist(here.centre, mark.position)
+            half = distance(here.centre, mark.position)
+            metres[here.index, node, here.index] = half
             if there:
-                metres[node, there.index, there.index] = dist(
-                    there.centre, mark.position
-                )
+                half = distance(there.centre, mark.position)
+                metres[node, there.index, there.index] = half
         elif there:
             metres[here.index, there.index, here.index] = paper.stairs_metres()
     start, end, area = np.array(list(metres)).T

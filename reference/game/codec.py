@@ -1,10 +1,11 @@
 """Encode what a side observes for its network, and decode the network's actions.
 
-Here both are as in the paper; subclasses in `workshop.anchors` do it otherwise.  The
-environment's actions are coordinates of the whole floor, in [-1, 1].
+Here both are as in the paper; subclasses in `workshop.anchors` do it otherwise.  What
+comes out are decisions in metres, 64 bits; only the environment's `step` reads a box.
 
     G    agents of a side;  R  robots, the fire's G is 1
-    V    numbers a network reads;  K  of its action;  A  of the environment's action
+    V    numbers a network reads;  K  of its action;  A  of a decision: x, y in metres,
+         the fire's with the floor before them
 """
 
 from collections.abc import Callable, Sequence
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from reference.building import Building
-from reference.game.observations import grid_shape, vector_layout
+from reference.game.observations import from_normalised, grid_shape, vector_layout
 from reference.paper import Scenario
 from reference.world import World
 
@@ -74,12 +75,21 @@ class PolicyCodec:
         return vectors
 
     def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
-        """The environment's actions (S, G, A) in [-1, 1] of a network's (S, G, K).
+        """Decisions (S, G, A) of a network's actions (S, G, K).
 
-        clamp(a, -3, 3)/3; the fire's floor, a branch, comes first.
+        clamp(a, -3, 3)/3 of the main body; the fire's floor, a branch, comes first.
         """
-        axes = raw[..., :AXES].clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT
+        axes = raw[..., :AXES].astype(np.float64)
+        axes = axes.clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT
+        metres = from_normalised(self.building, axes)
         if self.side == "robots":
-            return axes
-        floor = (2 * raw[..., AXES:] + 1) / self.building.floors - 1
-        return np.concatenate([floor, axes], axis=-1)
+            return metres
+        return np.concatenate([raw[..., AXES:], metres], axis=-1)
+
+
+def decided(row: np.ndarray) -> Any:
+    """Read a decision, (A,): x, y of a robot, None for nan; floor, x, y of the fire."""
+    if np.isnan(row).all():
+        return None
+    *floor, x, y = row.tolist()
+    return (int(floor[0]), x, y) if floor else (x, y)

@@ -65,15 +65,9 @@ def fire_decision(building: Building, action: np.ndarray) -> Decision:
     return floor, *_metres(building, action[1:])
 
 
-def from_normalised(building: Building, normalised: np.ndarray) -> np.ndarray:
-    """Convert (..., 2) to metres: the main body is [-1, 1] x [-1, 1]."""
-    low, high = np.reshape(building.body, (2, 2))
-    return normalised * ((high - low) / 2) + (low + high) / 2
-
-
 def _metres(building: Building, action: np.ndarray) -> tuple[float, float]:
     """Convert normalised x and y, clipped to the main body, to metres with DECIMALS."""
-    metres = from_normalised(building, action.clip(-1, 1))
+    metres = observations.from_normalised(building, action.clip(-1, 1))
     x, y = metres.astype(np.float64).round(DECIMALS).tolist()
     return x, y
 
@@ -188,23 +182,30 @@ class Environment:
         Actions of agents that have left are ignored. Raises KeyError for one that is
         missing; `workshop.zoo` checks others' actions and says what is wrong.
         """
-        self.begin_step(actions)
+        decisions: dict[str, Any] = {}
+        for agent in self.agents:
+            read = fire_decision if agent == FIRE else destination
+            action = np.asarray(actions[agent], dtype=np.float64)
+            decisions[agent] = read(self.building, action)
+        self.begin_step(decisions)
         if not self.agents:
             return {}, {}, {}, {}, {}
         until_next_decision([self.simulation])
         return self.end_step()
 
-    def begin_step(self, actions: Mapping[str, Any]) -> None:
-        """Give the actions of a step, which `end_step` ends."""
+    def begin_step(self, decisions: Mapping[str, Any]) -> None:
+        """Give the decisions of a step, in metres, which `end_step` ends.
+
+        A robot's is a destination or None, the fire's a floor, x and y.
+        """
         self._already = len(self.simulation.events)
         robots = self.simulation.world.robots
         for agent in self.agents:
-            action = np.asarray(actions[agent], dtype=np.float64)
             if agent == FIRE:
-                self._agent_fire.chosen = fire_decision(self.building, action)
+                self._agent_fire.chosen = decisions[agent]
             else:
                 body = robots[self._robot_agents.index(agent)].body
-                self._agent_robots.chosen[body] = destination(self.building, action)
+                self._agent_robots.chosen[body] = decisions[agent]
 
     def end_step(self) -> StepResult:
         """End a step, after the simulation has run on; return what `step` returns."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from reference import paper
-from reference.building import Building, Kind
+from reference.building import Building, Kind, lengths
 from reference.paper import Scenario
 from reference.world import World
 
@@ -206,10 +206,19 @@ def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.nd
     metres.
     """
     off = humans - robots[:, None]
-    metres = np.hypot(off[..., 0], off[..., 1])
+    metres = lengths(off)
     up = off[..., 2]
     rank = np.where(up >= 0, up, floors - up)
     return np.lexsort((metres, rank), axis=1)
+
+
+# -- Normalised coordinates --------------------------------------------------------
+
+
+def from_normalised(building: Building, normalised: np.ndarray) -> np.ndarray:
+    """Convert (..., 2) to metres: the main body is [-1, 1] x [-1, 1]."""
+    low, high = np.reshape(building.body, (2, 2))
+    return normalised * ((high - low) / 2) + (low + high) / 2
 
 
 # -- The grid -----------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """Players: decide for one side of an episode, and record its decisions.
 
-S    episodes played at once;  G  agents of a side;  A  numbers of an action
+S    episodes played at once;  G  agents of a side;  A  numbers of a decision
 V, K  as in `networks`
 """
 
@@ -40,7 +40,7 @@ class Player:
     def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:
         """Decide at all these moments by one call of the network.
 
-        Returns (S, G, A) float32, the environment's actions [C5] [D2], and what to
+        Returns (S, G, A) float64, decisions in metres [C5] [D2], and what to
         record.
         """
         seen = self.codec.read(moments)

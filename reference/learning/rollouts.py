@@ -12,12 +12,11 @@ import numpy as np
 
 from reference.building import building_of
 from reference.fire import FireStrategy
-from reference.game.codec import Moment
+from reference.game.codec import Moment, decided
 from reference.game.environment import (
     FIRE,
     Environment,
     Observations,
-    action_size,
     until_next_decision,
 )
 from reference.game.observations import grid, robots_at_work
@@ -73,7 +72,7 @@ def play(*jobs: Job, advance: Advance = until_next_decision) -> list[Episode]:
         for game in games:
             _decide([run for run in game if not run.simulation.done])
         for run in running:
-            run.environment.begin_step(run.actions)
+            run.environment.begin_step(run.decisions)
         advance([run.simulation for run in running])
         for run in running:
             run.end_step()
@@ -105,15 +104,15 @@ def _decide(running: "Sequence[_RunningEpisode]") -> None:
         moments = [run.moment(side) for run in running]
         asked = [k for k, moment in enumerate(moments) if moment.alive.any()]
         if asked:
-            actions, records = player.act([moments[k] for k in asked])
-            for k, chosen, record in zip(asked, actions, records, strict=True):
+            rows, records = player.act([moments[k] for k in asked])
+            for k, chosen, record in zip(asked, rows, records, strict=True):
                 running[k].choose(side, chosen, record)
 
 
 class _RunningEpisode:
     """One running episode: what its recorded sides see, do and are paid.
 
-    vectors, actions  by agent, the last ones;  agents, records, rewards  by side
+    vectors, decisions  by agent, the last ones;  agents, records, rewards  by side
     """
 
     def __init__(
@@ -130,7 +129,7 @@ class _RunningEpisode:
         self.simulation = environment.simulation
         self.vectors: dict[str, np.ndarray] = {}
         self._observe(seen)
-        self.actions = {agent: np.zeros(action_size(agent)) for agent in seen}
+        self.decisions: dict[str, Any] = dict.fromkeys(seen)
         self.agents: dict[Side, list[str]] = {
             "robots": [agent for agent in seen if agent != FIRE],
             "fire": [agent for agent in seen if agent == FIRE],
@@ -154,9 +153,10 @@ class _RunningEpisode:
             seed=self.seed,
         )
 
-    def choose(self, side: Side, actions: np.ndarray, record: Record) -> None:
+    def choose(self, side: Side, chosen: np.ndarray, record: Record) -> None:
         """Take a decision, and record it with no reward yet."""
-        self.actions.update(zip(self.agents[side], actions, strict=True))
+        decisions = map(decided, chosen)
+        self.decisions.update(zip(self.agents[side], decisions, strict=True))
         if side in self.records:
             self.records[side].append(record)
             self.rewards[side].append(0.0)

@@ -122,7 +122,9 @@ class Lockstep:
 
         k, j = np.divmod(np.flatnonzero(near), near.shape[1])
         place = crowd.place[others[k, j]]
-        metres = np.hypot(off_x[k, j], off_y[k, j])
+        x = off_x[k, j]
+        y = off_y[k, j]
+        metres = np.sqrt(x * x + y * y)
         around = bodies_around(len(who), k, j, place, metres)
         each = zip(world.tolist(), me.tolist(), around, strict=True)
         return [

@@ -1,5 +1,7 @@
 """Bodies walk: free speed, gaps, doors, counterflow; nobody in anybody or a wall."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -100,6 +102,21 @@ def test_people_on_different_floors_do_not_meet():
     one, other = moved(at, floors, aim, speed, free, np.random.default_rng(0))
     assert np.array_equal(one, other)
     assert np.hypot(*one) == pytest.approx(WALKING_SPEED * TICK)
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_neighbours_are_found_in_the_order_of_their_numbers():
+    """Each pair once, as far apart as NEIGHBOUR_METRES at most, on one floor."""
+    rng = np.random.default_rng(0)
+    at, floor = rng.uniform(0, 9, (60, 2)), rng.integers(0, 2, 60)
+    found = motion.neighbours(at, floor, np.full(60, WALKING_SPEED), TICK)
+    pairs = combinations(range(60), 2)
+    expected = [
+        (i, j)
+        for i, j in pairs
+        if floor[i] == floor[j] and pdist(at[[i, j]])[0] <= paper.NEIGHBOUR_METRES
+    ]
+    assert list(map(tuple, found.T.tolist())) == expected
 
 
 # -- Crowds -------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """Walkable cells and shortest ways, against networkx on the same grid."""
 
+from heapq import heapify, heappop, heappush
 from itertools import pairwise, product
 
 import networkx as nx
@@ -156,3 +157,56 @@ def test_a_straight_line_is_the_places_it_crosses_in_order():
             point = share * np.array([d_row, d_col])
             if (abs(point % 1 - 0.5) > 1e-9).all():  # on no border
                 assert tuple(point.round().astype(int).tolist()) in cells | {(0, 0)}
+
+
+# -- Of equally short ways always the same one --------------------------------------
+
+
+def test_of_equally_short_ways_the_one_by_the_nearest_then_highest_place_is_taken():
+    """Round a pillar southwards; in the open the diagonal step first."""
+    nav = navigation_of(built("#####\n#...#\n#.#.#\n#...E\n#####"))
+    p, goal, south = (row * nav.cols + col for row, col in ((1, 1), (3, 3), (2, 1)))
+    assert nav.shortest([goal])[1][p] == south
+    nav = navigation_of(built("#####\n#...#\n#...E\n#####"))
+    p, goal, diagonal = (row * nav.cols + col for row, col in ((1, 1), (2, 3), (2, 2)))
+    assert nav.shortest([goal])[1][p] == diagonal
+
+
+@pytest.mark.parametrize("name", ["maze", "museum", "paper", "school", "tiny", "tower"])
+def test_a_plain_search_by_that_rule_finds_the_same_ways(name):
+    """To single places and to landmarks, with and without flames that cost more."""
+    nav = navigation_of(shipped(name))
+    rng = np.random.default_rng(0)
+    costs = None, rng.choice([1.0, 4.0, 50.0], nav.places)
+    free = np.flatnonzero(nav.walkable)
+    places = [[p] for p in rng.choice(free, 4).tolist()]
+    for goals, cost in product([*places, *(g.tolist() for g in nav.goals[::5])], costs):
+        d, after = nav.shortest(goals, cost)
+        metres, found = searched(
+            nav, goals, np.ones(nav.places) if cost is None else cost
+        )
+        assert np.array_equal(d, metres)
+        assert np.array_equal(after, found)
+
+
+def searched(nav, goals, cost):
+    """Dijkstra's search: the nearest place first, of equally near ones the highest."""
+    floor = goals[0] // nav.floor_size
+    steps, first = nav.steps[floor], floor * nav.floor_size
+    d, after = np.full(nav.places, np.inf), np.arange(nav.places)
+    d[goals] = 0
+    heap, done = [(0.0, -p) for p in goals], set()
+    heapify(heap)
+    while heap:
+        metres, p = heappop(heap)
+        p = -p
+        if p in done:
+            continue
+        done.add(p)
+        row = slice(*steps.indptr[p - first : p - first + 2])
+        for q, step in zip(steps.indices[row] + first, steps.data[row], strict=True):
+            further = metres + step * max(cost[p], cost[q])
+            if further < d[q]:  # only what is strictly shorter
+                d[q], after[q] = further, p
+                heappush(heap, (further, -q))
+    return d, after

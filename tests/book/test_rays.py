@@ -1,7 +1,8 @@
 """What can be seen from where, against a line drawn cell by cell."""
 
+from functools import partial
 from itertools import pairwise
-from math import dist
+from math import cos, dist, nextafter, sin
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from movies import GRIDS, body, built, mark, shipped, stage, view, walled
 from reference import paper
 from reference.building import Kind
 from reference.paper import RAYS, SIGHT_RANGE, Scenario
-from reference.rays import Sight, sight_of
+from reference.rays import Sight, direction, sight_of
 from reference.simulation import Simulation
 from reference.view import look
 
@@ -127,6 +128,25 @@ def test_a_ray_names_the_entrance_it_hits():
     assert west.kind == "entrance"
     assert west.landmark == mark(sim, Kind.ENTRANCE)
     assert west.distance == pytest.approx(3)
+
+
+@pytest.mark.paper("B1", "chosen")
+@pytest.mark.parametrize("towards", [-np.inf, np.inf])
+def test_rays_do_not_depend_on_the_last_digits_of_sine_and_cosine(towards, monkeypatch):
+    """Libraries differ by one unit in the last place; here it is four."""
+    expected = [direction(k, RAYS) for k in range(RAYS)]
+
+    def shifted(function, angle):
+        value = function(angle)
+        for _ in range(4):
+            value = nextafter(value, towards)
+        return value
+
+    for function in (cos, sin):
+        monkeypatch.setattr(
+            f"reference.rays.{function.__name__}", partial(shifted, function)
+        )
+    assert [direction(k, RAYS) for k in range(RAYS)] == expected
 
 
 @pytest.mark.paper("B2")

@@ -9,9 +9,9 @@ from lives import settings
 
 from reference.building import building_of
 from reference.fire import NoFire, RandomFire
-from reference.game.codec import PolicyCodec
-from reference.game.environment import FIRE, Environment, fire_decision
-from reference.game.observations import robots_at_work, vector_layout
+from reference.game.codec import PolicyCodec, decided
+from reference.game.environment import FIRE, Environment
+from reference.game.observations import from_normalised, robots_at_work, vector_layout
 from reference.learning.adversarial import adversarial_rounds, learner_for, player_of
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import SIDES
@@ -132,7 +132,6 @@ def test_a_gaussian_fire_s_branch_is_a_floor(name):
     """Branch k lights floor k; a number beyond 3 is clipped."""
     building = load(name)
     raw = np.array([[[6.0, -1.5, k]] for k in range(building.floors)])
-    actions = PolicyCodec("fire", building, SCENARIO).actions(raw, [])
-    assert actions[:, 0, 1:].tolist() == [[1.0, -0.5]] * building.floors
-    lit = [fire_decision(building, action)[0] for action in actions[:, 0]]
-    assert lit == list(range(building.floors))
+    rows = PolicyCodec("fire", building, SCENARIO).actions(raw, [])[:, 0]
+    x, y = from_normalised(building, np.array([1.0, -0.5])).tolist()
+    assert list(map(decided, rows)) == [(k, x, y) for k in range(building.floors)]

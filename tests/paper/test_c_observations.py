@@ -11,7 +11,7 @@ from movies import shipped, stage, wait
 from reference import paper
 from reference.fire import RandomFire
 from reference.game import observations
-from reference.game.environment import from_normalised
+from reference.game.observations import from_normalised
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.anchors.frame import robot_destinations, to_normalised

@@ -63,8 +63,8 @@ A6 view
   - self.holes | self._world.burnt & {self.here}
   + self.holes
 A7 navigation
-  - d_row**2 + d_col**2 <= reach**2
-  + d_row**2 + d_col**2 <= 2
+  - d_row * d_row + d_col * d_col <= reach * reach
+  + d_row * d_row + d_col * d_col <= 2
 A7 navigation
   - longer = (further != at) &
   + longer = (further < 0) &
@@ -162,7 +162,7 @@ C6 robots
   - goal = nav.nearest_free(robot.floor, *target)
   + goal = nav.nearest_free(robot.floor, *decision)
 C6 robots
-  - return min(near, key=lambda centre: dist((x, y), centre), default=(x, y))
+  - return min(near, key=metres.__getitem__, default=(x, y))
   + return (x, y)
 C7 robots
   - waits = gap > paper.FOLLOWER_GAP
@@ -282,8 +282,8 @@ F10 evaluation/score
   - (max(β - y, 0.0) * k) ** 0.5 * α
   + (max(β - y, 0.0) * k) * α
 F12 workshop/comparing/results
-  - easy, hard = h <= ranked[third - 1], h >= ranked[-third]
-  + easy, hard = h >= 0, h >= ranked[-third]
+  - easy = h <= ranked[third - 1]
+  + easy = h >= 0
 """
 """Clause and module, what stands there, and what stands there instead."""
 

@@ -9,8 +9,7 @@ import torch
 from torch.distributions import Independent, MixtureSameFamily
 
 from reference.fire import burnable
-from reference.game.codec import Moment
-from reference.game.environment import fire_decision
+from reference.game.codec import Moment, decided
 from reference.game.observations import fire_vector
 from reference.learning.networks import REFUSED
 from reference.navigation import navigation_of
@@ -101,14 +100,13 @@ def test_a_mixture_reads_its_anchors_from_the_numbers():
 @pytest.mark.paper("D2", "chosen")
 @pytest.mark.parametrize("name", ["tiny", "paper"])
 def test_the_fires_anchors_stand_beside_all_ways_and_can_burn(name):
-    """One for each exit, entrance and door; said by the environment's three numbers."""
+    """One for each exit, entrance and door; said as floor, x and y."""
     building = load(name)
     scenario = Scenario()
     fire = preset("laptop").fire.codec("fire", building, scenario)
     assert len(fire.anchors) == len(building.landmarks)
     for anchor, mark in zip(fire.anchors, building.landmarks, strict=True):
-        action = fire.actions(anchor, [])
-        floor, x, y = fire_decision(building, action)
+        floor, x, y = decided(fire.actions(anchor, []))
         assert floor == mark.floor
         assert np.hypot(*np.subtract((x, y), mark.position)) < 8
         assert burnable(building).ravel()[navigation_of(building).place(floor, x, y)]

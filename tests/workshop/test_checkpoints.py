@@ -11,8 +11,8 @@ from movies import shipped, turns
 from trainings import begun, equal, room_for, tiny
 
 from reference.fire import RandomFire
-from reference.game.codec import Moment
-from reference.game.environment import Environment
+from reference.game.codec import Moment, decided
+from reference.game.environment import Environment, until_next_decision
 from reference.game.observations import robot_vectors
 from reference.paper import InputError
 from reference.robots import NoRobots
@@ -201,10 +201,11 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path):
         world = environment.simulation.world
         vectors = robot_vectors(world, SMALL)
         moment = Moment(vectors, np.ones(len(vectors), bool), world)
-        (emitted,), _ = policy.player.act([moment])
+        (rows,), _ = policy.player.act([moment])
         names = [f"robot_{k}" for k in range(len(vectors))]
-        actions = dict(zip(names, emitted, strict=True))
-        environment.step({a: actions[a] for a in environment.agents})
+        environment.begin_step(dict(zip(names, map(decided, rows), strict=True)))
+        until_next_decision([environment.simulation])
+        environment.end_step()
     assert alone.run() == environment.simulation.outcome()
 
 

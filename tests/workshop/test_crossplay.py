@@ -253,7 +253,7 @@ def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
 @pytest.mark.paper("F12")
 def test_the_best_scripted_guide_scores_1_whatever_else_plays():
     """On the fires of the table: by the mean of E over them, and by the paper's k."""
-    points = critical_points(load("paper"))
+    points = critical_points(load("paper"), Scenario())
     worse = [result("patrol", seed=k, reward=7000.0) for k in range(3)]
     better = [result("sweep", seed=k, reward=9000.0) for k in range(3)]
     learned = [result("out/net.pt", seed=k, reward=9500.0) for k in range(3)]

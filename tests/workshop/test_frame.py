@@ -8,7 +8,7 @@ from movies import shipped, stage, wait
 
 from reference.building import Kind
 from reference.fire import RandomFire, burnable
-from reference.game.environment import destination
+from reference.game.codec import decided
 from reference.game.observations import robot_vectors, vector_layout
 from reference.navigation import navigation_of
 from reference.paper import SIGHT_RANGE, Scenario
@@ -125,12 +125,12 @@ def test_a_destination_is_the_robot_s_place_and_ten_metres_for_each_unit():
     frame, _ = seen(sim)
     vectors = robot_vectors(sim.world, sim.scenario)[:1]
     robot = sim.world.robots[0]
-    said = frame.normalised(np.array([[0.2, -0.1]]), vectors)
+    said = frame.metres(np.array([[0.2, -0.1]]), vectors)
     x, y = robot.position
-    assert destination(sim.building, said[0]) == pytest.approx((x + 2, y - 1), abs=1e-3)
+    assert said[0] == pytest.approx((x + 2, y - 1), abs=1e-3)
     assert np.allclose(frame.raw(said, vectors), (0.2, -0.1), atol=1e-5)
-    far = frame.normalised(np.array([[9.0, 9.0]]), vectors)
-    assert far.tolist() == [[1, 1]]
+    far = frame.metres(np.array([[9.0, 9.0]]), vectors)
+    assert far.tolist() == [list(sim.building.body[2:])]
     assert np.isnan(frame.raw(np.full((1, 2), np.nan), vectors)).all()
 
 
@@ -143,14 +143,13 @@ def test_to_keep_is_to_decide_once_more_what_was_decided(name):
         frame, found = seen(sim)
         vectors = robot_vectors(sim.world, sim.scenario)
         places, allowed = anchors(frame, found)
-        said = frame.normalised(places[:, KEEP], vectors)
+        said = frame.metres(places[:, KEEP], vectors)
         for k, robot in enumerate(sim.world.robots):
             if not robot.active:
                 continue
             assert allowed[k, KEEP] == bool(robot.way)
             if robot.way:
-                place = destination(sim.building, said[k])
-                target = actual_target(sim.building, robot.floor, *place)
+                target = actual_target(sim.building, robot.floor, *decided(said[k]))
                 assert target == pytest.approx(tuple(robot.destination), abs=2e-3)
                 kept += 1
     assert kept > 3

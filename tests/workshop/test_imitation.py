@@ -11,7 +11,7 @@ from trainings import TINY, begun, tiny
 from reference.building import building_of
 from reference.fire import RandomFire
 from reference.game.codec import Moment
-from reference.game.observations import robot_vectors
+from reference.game.observations import from_normalised, robot_vectors
 from reference.learning.adversarial import player_of
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.players import LearnedNetwork
@@ -128,5 +128,6 @@ def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     stay = anchors[:, WAIT]
     assert np.allclose(told["actions"], np.where(under_way[:, None], keep, stay))
     assert told["alive"].all() and not stay.any()
-    told = teacher._recorded(moment, robot_destinations(moment.world))
+    going = from_normalised(teacher.codec.building, robot_destinations(moment.world))
+    told = teacher._recorded(moment, going)
     assert np.allclose(told["actions"], keep) and told["alive"][under_way].all()

@@ -14,9 +14,9 @@ observation [C1], the map, and where robots are headed.
 import numpy as np
 
 from reference import paper
-from reference.building import Building
+from reference.building import Building, lengths
 from reference.game.codec import PolicyCodec
-from reference.game.environment import from_normalised
+from reference.game.observations import from_normalised
 from reference.workshop.strategies.observed import (
     FAR,
     decisions_to_next_fire,
@@ -40,6 +40,12 @@ def to_normalised(building: Building, metres: np.ndarray) -> np.ndarray:
     """Convert metres (..., 2) so that the main body is [-1, 1] x [-1, 1]."""
     low, high = np.reshape(building.body, (2, 2))
     return (metres - (low + high) / 2) / ((high - low) / 2)
+
+
+def in_body(building: Building, metres: np.ndarray) -> np.ndarray:
+    """Clip metres (..., 2) to the main body."""
+    low, high = np.reshape(building.body, (2, 2))
+    return metres.clip(low, high)
 
 
 def robot_destinations(world: World) -> np.ndarray:
@@ -224,4 +230,4 @@ def _within(
 ) -> np.ndarray:
     """(B,) bool: is any of which points (B, m, 2 or 3) so near to a spot (B, 2)?"""
     off = np.nan_to_num(points[..., :2] - spot[:, None], nan=np.inf)
-    return ((np.hypot(off[..., 0], off[..., 1]) <= metres) & which).any(axis=1)
+    return np.asarray(((lengths(off) <= metres) & which).any(axis=1))

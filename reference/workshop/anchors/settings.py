@@ -19,9 +19,9 @@ from typing import Annotated
 
 import numpy as np
 
-from reference.building import Building
+from reference.building import Building, lengths
 from reference.game.codec import AXES, Moment, PolicyCodec, Sizes
-from reference.game.environment import from_normalised
+from reference.game.environment import DECIMALS
 from reference.game.observations import grid_shape
 from reference.learning.settings import (
     ATTENTION_HEADS,
@@ -34,8 +34,8 @@ from reference.paper import InputError, Scenario
 from reference.workshop.anchors.frame import (
     UNIT,
     RobotView,
+    in_body,
     robot_destinations,
-    to_normalised,
 )
 from reference.workshop.storage.records import (
     ABOVE_0,
@@ -169,17 +169,16 @@ class RobotsFrame(PolicyCodec):
         return self._view(vectors, headed).numbers()
 
     def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
-        """The environment's actions (S, G, 2) of units around the robots (S, G, 2)."""
-        return self.normalised(raw, np.stack([moment.vectors for moment in moments]))
+        """Metres (S, G, 2) of units around the robots (S, G, 2), with DECIMALS."""
+        return self.metres(raw, np.stack([moment.vectors for moment in moments]))
 
-    def normalised(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """(..., 2) in [-1, 1] of units around the robots that observe vectors."""
-        metres = self._own(vectors) + UNIT * raw
-        return to_normalised(self.building, metres).clip(-1, 1).astype(np.float32)
+    def metres(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """Metres (..., 2) of units around the robots that observe vectors."""
+        metres = self._own(vectors) + UNIT * raw.astype(np.float64)
+        return in_body(self.building, metres).round(DECIMALS)
 
-    def raw(self, actions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """Invert `normalised`; nan stays nan."""
-        metres = from_normalised(self.building, actions.astype(np.float64))
+    def raw(self, metres: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """Invert `metres`; nan stays nan."""
         return ((metres - self._own(vectors)) / UNIT).astype(np.float32)
 
     def _own(self, vectors: np.ndarray) -> np.ndarray:
@@ -193,7 +192,7 @@ class RobotsFrame(PolicyCodec):
         K = self.anchors
         anchors = seen[:, : 2 * K].reshape(-1, K, 2)
         allowed = seen[:, 2 * K : 3 * K] > 0
-        off = np.linalg.norm(anchors - raw[:, None], axis=-1)
+        off = lengths(anchors - raw[:, None])
         return UNIT * np.where(allowed, off, np.inf).min(axis=1)
 
 
@@ -230,7 +229,7 @@ class MixtureOfFire(PolicyCodec):
         vectors = np.stack([moment.vectors for moment in moments])
         sources = self.layout.read(vectors, "fires")[..., None, :, :]  # (S, 1, 1, F, 3)
         off = self.anchors[:, None, 1:] * UNIT - sources[..., :2]
-        near = np.hypot(off[..., 0], off[..., 1]) < LIT
+        near = lengths(off) < LIT
         lit = (near & (sources[..., 2] == self.anchors[:, None, 0])).any(axis=-1)
         # Where all are lit, all may be chosen: a mixture needs one.
         allowed = ~lit | lit.all(axis=-1, keepdims=True)
@@ -239,9 +238,7 @@ class MixtureOfFire(PolicyCodec):
         return np.concatenate(parts, axis=-1, dtype=np.float32)
 
     def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
-        """The environment's actions (..., 3) of storey and place (..., 3)."""
-        floors = self.building.floors
-        floor = raw[..., :1].round().clip(0, floors - 1)
-        axes = to_normalised(self.building, UNIT * raw[..., 1:]).clip(-1, 1)
-        parts = [(2 * floor + 1) / floors - 1, axes]
-        return np.concatenate(parts, axis=-1, dtype=np.float32)
+        """Floor and metres (..., 3) of storey and place (..., 3)."""
+        floor = raw[..., :1].round().clip(0, self.building.floors - 1)
+        metres = in_body(self.building, UNIT * raw[..., 1:].astype(np.float64))
+        return np.concatenate([floor, metres], axis=-1)

@@ -232,7 +232,8 @@ def _scenario_of(learned: Mapping[str, Any], stated: Collection[str]) -> Scenari
     for option, policy in learned.items():
         own = replace(policy.scenario, training=False)
         if not first:
-            first, common = option, own
+            first = option
+            common = own
         names = [name for name in differing(own, common) if name not in stated]
         if names:
             raise InputError(

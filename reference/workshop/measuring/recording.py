@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reference.building import Building
+from reference.building import Building, lengths
 from reference.simulation import Simulation
 from reference.workshop.storage.files import replacing
 from reference.workshop.storage.runs import refuse_used
@@ -102,7 +102,7 @@ class _Recorder:
         position = bodies.position.copy()
         position[self.walked] = self.simulation.walked_to  # before stairs took any in
         step = position - self.position
-        far = np.hypot(*step.T)[:, None]
+        far = lengths(step)[:, None]
         self.heading = np.where(far > 0, step / np.maximum(far, 1e-9), self.heading)
         walking = np.flatnonzero(bodies.walking)
         self._add(np.union1d(self.walked, walking), tick, position)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from reference.building import Building, Kind, Landmark
+from reference.building import Building, Kind, Landmark, lengths
 from reference.fire import Decision, RandomFire, decision_at, free_places
 from reference.navigation import navigation_of
 from reference.workshop.strategies.observed import lightable, nearest_places
@@ -138,7 +138,7 @@ def busiest(world: World, count: int) -> list[Decision]:
     while len(order) and len(places) < count:
         p = order[0]
         places.append(decision_at(world, p))
-        metres = np.hypot(*(nav.centres[order] - nav.centres[p]).T)
+        metres = lengths(nav.centres[order] - nav.centres[p])
         same_floor = order // nav.floor_size == p // nav.floor_size
         order = order[~same_floor | (metres >= APART_METRES)]
     return places

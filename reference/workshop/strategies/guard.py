@@ -7,11 +7,11 @@ A fire that repeats itself can be guarded against.
 
 from collections.abc import Sequence
 from itertools import starmap
-from math import dist
 
 from numpy.random import Generator as Rng
 
 from reference import paper
+from reference.building import distance
 from reference.fire import Decision
 from reference.navigation import navigation_of
 from reference.robots import Destinations, actual_target
@@ -67,7 +67,7 @@ class Guard:
         awaited, stood = self._awaited.get(number, (lit, False))
         if not stood:
             return lit == awaited
-        return lit[0] != awaited[0] or dist(lit[1:], awaited[1:]) > BESIDE
+        return lit[0] != awaited[0] or distance(lit[1:], awaited[1:]) > BESIDE
 
 
 def _who_sets_off(

@@ -10,13 +10,13 @@ your own, change one of the three and put them together as `decide_in_turn` does
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import dist, inf
+from math import inf
 
 import numpy as np
 from numpy.random import Generator as Rng
 
 from reference import paper
-from reference.building import Building
+from reference.building import Building, distance, lengths
 from reference.navigation import navigation_of
 from reference.robots import Destination, Destinations, actual_target, flame_cost
 from reference.workshop.strategies.observed import (
@@ -77,8 +77,8 @@ def _stops_of(building: Building, robot: Robot, mates: int) -> list[Destination]
     for room in rooms[first:] + rooms[:first]:
         cells = [building.metres(*cell) for cell in room.cells.tolist()]
         calm = [to for to in cells if actual_target(building, floor, *to) == to]
-        middle = min(calm or cells, key=partial(dist, room.centre))
-        stops += [middle, min(exits, key=partial(dist, middle))]
+        middle = min(calm or cells, key=partial(distance, room.centre))
+        stops += [middle, min(exits, key=partial(distance, middle))]
     return stops
 
 
@@ -231,7 +231,7 @@ def _groups_on_floor(world: World, robot: Robot, lost: np.ndarray) -> Iterator[G
         p = int(bodies.place[head])
         if d[p] >= AT_HAND:
             x, y = bodies.position[head].tolist()
-            off = np.hypot(*(bodies.position - (x, y)).T)
+            off = lengths(bodies.position - (x, y))
             yield Group(here & (off < GROUP_RADIUS), p, (x, y), float(d[p]))
 
 

@@ -16,7 +16,7 @@ from scipy import ndimage
 from scipy.sparse.csgraph import dijkstra
 
 from reference import paper
-from reference.building import Building, Kind, Landmark
+from reference.building import Building, Kind, Landmark, lengths
 from reference.fire import burnable
 from reference.navigation import Navigation, navigation_of
 from reference.robots import Destination, actual_target, said_on_the_way
@@ -158,7 +158,7 @@ def keeps_destination(building: Building) -> np.ndarray:
     far = np.ones((building.floors, nav.floor_size), dtype=bool)
     for well in building.stairwells:
         off = nav.centres[: nav.floor_size] - well.centre
-        far[list(well.areas)] &= np.hypot(*off.T) > paper.NEAR_STAIRWELL
+        far[list(well.areas)] &= lengths(off) > paper.NEAR_STAIRWELL
     return far.ravel()
 
 
@@ -204,7 +204,7 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
     if way.stairwell >= 0:
         return building.stairwells[way.stairwell].centre
     points = navigation_of(building).centres[: building.kind[0].size]
-    off = np.hypot(*(points - way.position).T)
+    off = lengths(points - way.position)
     nearest_first = np.argsort(off, kind="stable")
     near = points[nearest_first[off[nearest_first] <= paper.AT_EXIT_METRES]]
     for point in [way.position, *map(tuple, near.tolist())]:

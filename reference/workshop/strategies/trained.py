@@ -66,8 +66,8 @@ class Trained(ABC):
                 )
 
     @abstractmethod
-    def emitted(self, vectors: np.ndarray, world: World, rng: Rng) -> np.ndarray:
-        """(G, A) actions in [-1, 1] for (G, V) observations."""
+    def decisions(self, vectors: np.ndarray, world: World, rng: Rng) -> list[Any]:
+        """A decision for each agent of the side, from (G, V) observations."""
 
 
 class TrainedRobots(Trained):
@@ -77,9 +77,9 @@ class TrainedRobots(Trained):
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Choose the next destination of each of these robots, metres."""
-        emitted = self.emitted(robot_vectors(world, self.scenario), world, rng)
+        decided = self.decisions(robot_vectors(world, self.scenario), world, rng)
         row = {robot.body: k for k, robot in enumerate(world.robots)}
-        return [destination(self.building, emitted[row[r.body]]) for r in robots]
+        return [decided[row[robot.body]] for robot in robots]
 
 
 class TrainedFire(Trained):
@@ -89,8 +89,9 @@ class TrainedFire(Trained):
 
     def decide(self, world: World, rng: Rng) -> Decision:
         """Choose floor and metres of the next source."""
-        emitted = self.emitted(fire_vector(world, self.scenario)[None], world, rng)
-        return fire_decision(self.building, emitted[0])
+        vectors = fire_vector(world, self.scenario)[None]
+        decided: Decision = self.decisions(vectors, world, rng)[0]
+        return decided
 
 
 def _counts(building: Building, scenario: Scenario) -> dict[str, float]:
@@ -123,12 +124,14 @@ class Flat(Trained):
         self.building = load(building)
         self.layout = vector_layout(self.building, self.scenario)
 
-    def emitted(self, vectors: np.ndarray, world: World, rng: Rng) -> np.ndarray:
-        """(G, A) actions in [-1, 1] for (G, V) observations."""
+    def decisions(self, vectors: np.ndarray, world: World, rng: Rng) -> list[Any]:
+        """What the policy's actions, (G, A) in [-1, 1], mean in metres."""
         seen = self.layout.scaled(vectors).clip(-1, 1).astype(np.float32)
         if self.side == "robots":
             seen[~robots_at_work(world)] = 0  # who has left, as `FlatEnvironment` shows
-        return np.asarray(self.policy(seen), dtype=float)
+        read = destination if self.side == "robots" else fire_decision
+        actions = np.asarray(self.policy(seen), dtype=float)
+        return [read(self.building, action) for action in actions]
 
 
 class FlatRobots(Flat, TrainedRobots):

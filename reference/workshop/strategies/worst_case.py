@@ -111,7 +111,7 @@ def with_errors(world: World, most: float, rng: Rng) -> World:
     known = known_map_of(world.building)
 
     def shifted(position: ArrayLike) -> np.ndarray:
-        return np.asarray(position) + rng.uniform(-most, most, np.shape(position))
+        return np.asarray(position) + most * rng.uniform(-1, 1, np.shape(position))
 
     bodies.position = shifted(bodies.position)
     bodies.place = known.places(np.column_stack([bodies.position, bodies.floor]))

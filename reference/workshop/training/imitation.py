@@ -17,14 +17,18 @@ import torch
 
 from reference.building import Building
 from reference.game.codec import RAW_LIMIT, Moment
-from reference.game.observations import grid
+from reference.game.observations import from_normalised, grid
 from reference.learning.experience import Decisions, Record, Trajectory, decisions_of
 from reference.learning.players import LearnedNetwork, Player
 from reference.learning.ppo import Learner
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import RobotStrategy, actual_target
-from reference.workshop.anchors.frame import robot_destinations, to_normalised
+from reference.workshop.anchors.frame import (
+    in_body,
+    robot_destinations,
+    to_normalised,
+)
 from reference.workshop.anchors.settings import RobotsFrame
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import GROUP_RADIUS
@@ -59,10 +63,10 @@ class _Teacher(Player):
         self.guides: dict[int, tuple[RobotStrategy, np.random.Generator]] = {}
 
     def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:
-        """Ask the strategy: (S, G, 2) actions, nan to keep a destination, and the same
-        as decisions of the learner's head, `alive` where they can be taught.
+        """Ask the strategy: (S, G, 2) metres, nan to keep a destination, and the same
+        as actions of the learner's head, `alive` where they can be taught.
 
-        The actions are the pupil's, if there is one.
+        The metres are the pupil's, if there is one.
         """
         wanted = [self._decided(moment) for moment in moments]
         records = [self._recorded(m, w) for m, w in zip(moments, wanted, strict=True)]
@@ -72,7 +76,7 @@ class _Teacher(Player):
         return done, records
 
     def _decided(self, moment: Moment) -> np.ndarray:
-        """(G, 2) the teacher's actions; nan where it keeps the old destination."""
+        """(G, 2) metres, the teacher's; nan where it keeps the old destination."""
         world = moment.world
         # Strategies remember, so each episode has one of its own.
         if moment.seed not in self.guides:
@@ -80,15 +84,15 @@ class _Teacher(Player):
             self.guides[moment.seed] = ROBOTS[self.name](), rng
         strategy, rng = self.guides[moment.seed]
         building = self.codec.building
-        actions = np.full((len(world.robots), 2), np.nan, dtype=np.float32)
+        metres = np.full((len(world.robots), 2), np.nan)
         active = [k for k, robot in enumerate(world.robots) if robot.active]
         decided = strategy.decide(world, [world.robots[k] for k in active], rng)
         for k, destination in zip(active, decided, strict=True):
             if destination is not None:
                 floor = world.robots[k].floor
                 target = actual_target(building, floor, *destination)
-                actions[k] = to_normalised(building, np.array(target)).clip(-1, 1)
-        return actions
+                metres[k] = in_body(building, np.array(target))
+        return metres
 
     def _recorded(self, moment: Moment, wanted: np.ndarray) -> Record:
         """Record actions as the head's, with log_probs of 0.
@@ -99,13 +103,15 @@ class _Teacher(Player):
         """
         (seen,) = self.codec.read([moment])
         kept = np.isnan(wanted).any(axis=1)
-        aims = np.where(kept[:, None], robot_destinations(moment.world), wanted)
+        building = self.codec.building
+        old = from_normalised(building, robot_destinations(moment.world).astype(float))
+        aims = np.where(kept[:, None], old, wanted)
         taught = moment.alive.copy()
         if isinstance(self.codec, RobotsFrame):
             actions = np.nan_to_num(self.codec.raw(aims, moment.vectors))
             taught &= self.codec.off_anchors(actions, seen) <= GROUP_RADIUS
         else:
-            actions = np.nan_to_num(aims * RAW_LIMIT)
+            actions = np.nan_to_num(to_normalised(building, aims) * RAW_LIMIT)
             taught &= ~kept
         return {
             "vectors": seen,

@@ -1,7 +1,6 @@
 """Learned policies as strategies: a checkpoint can replace a strategy's name.
 
-It decides as the hand-written ones do; the network's output, normalised coordinates in
-[−1, 1], is turned into metres.
+It decides as the hand-written ones do, in metres.
 """
 
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from reference.building import Building, building_of
-from reference.game.codec import Moment
+from reference.game.codec import Moment, decided
 from reference.learning.players import LearnedNetwork
 from reference.learning.settings import Side
 from reference.paper import Scenario
@@ -60,15 +59,15 @@ class LearnedPolicy(Trained):
         with must_fit(name, "its network does not fit its settings"):
             self.player = who.player(self.side, self.building, self.scenario)
 
-    def emitted(
+    def decisions(
         self, vectors: np.ndarray, world: World, rng: np.random.Generator
-    ) -> np.ndarray:
-        """(G, A) actions in [−1, 1] for (G, V) observations."""
+    ) -> list[Any]:
+        """A decision for each agent of the side, from (G, V) observations."""
         alive = np.ones(len(vectors), dtype=bool)
         moment = Moment(vectors, alive, world, rng if self.sample else None)
         with one_thread():  # as when it was trained: sums in one order
-            emitted, _ = self.player.act([moment])
-        return np.asarray(emitted[0])
+            (rows,), _ = self.player.act([moment])
+        return [decided(row) for row in rows]
 
 
 class LearnedRobots(LearnedPolicy, TrainedRobots):
