@@ -414,7 +414,7 @@ def test_recklessness_lasts_as_long_whenever_it_begins():
         burns = sim.world.flames.burning.ravel()
         flame, reckless = sim.navigation.centres[burns][:1], 0
         for _ in ticks(sim, paper.STUCK_SECONDS + paper.RECKLESS_SECONDS + 1):
-            free = free_for(sim.world, p, burns, np.zeros_like(sim.full_until, bool))
+            free = free_for(sim.world, p, np.zeros_like(sim.full_until, bool))
             reckless += free(flame, p)[0]
         assert reckless == round(paper.RECKLESS_SECONDS / sim.tick)
 
