@@ -42,11 +42,6 @@ StepResult = tuple[
 # -- Actions ------------------------------------------------------------------------
 
 
-def action_size(agent: str) -> int:
-    """Size of an action: a robot's x, y [C5]; the fire's floor, x, y [D2]."""
-    return 3 if agent == FIRE else 2
-
-
 def destination(building: Building, action: np.ndarray) -> Destination | None:
     """Convert a robot's action, (2,) normalised, to metres [C5]; nan: keep the old."""
     if np.isnan(action).all():

@@ -51,7 +51,6 @@ from reference.game.environment import (
     Infos,
     Observations,
     StepResult,
-    action_size,
 )
 from reference.paper import Scenario
 from reference.robots import RobotStrategy
@@ -61,6 +60,11 @@ from reference.workshop.drawing.film import painter
 from reference.workshop.maps import load
 
 SO_FAR = ("evacuated", "died", "inside", "reward", "simulated_seconds")
+
+
+def action_size(agent: str) -> int:
+    """Size of an action: a robot's x, y [C5]; the fire's floor, x, y [D2]."""
+    return 3 if agent == FIRE else 2
 
 
 class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):

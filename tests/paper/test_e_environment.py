@@ -9,7 +9,7 @@ from movies import events_of, shipped, turns
 
 from reference.fire import RandomFire
 from reference.game import observations
-from reference.game.environment import FIRE, Environment, action_size
+from reference.game.environment import FIRE, Environment
 from reference.paper import Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
@@ -43,7 +43,8 @@ def idle(environment):
 def sampled(environment, rng):
     """An action for all who are there."""
     return {
-        agent: rng.uniform(-1, 1, action_size(agent)) for agent in environment.agents
+        agent: rng.uniform(-1, 1, 3 if agent == FIRE else 2)
+        for agent in environment.agents
     }
 
 
