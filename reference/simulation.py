@@ -22,9 +22,9 @@ from reference import humans, motion, paper, walking
 from reference.beginning import generators, starting_world
 from reference.building import Building, Kind
 from reference.fire import FireStrategy, Generator, NoFire, Spread, cells_beside
-from reference.navigation import Navigation, navigation_of
+from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.rays import Sight, sight_of
+from reference.rays import sight_of
 from reference.rewards import group_reward
 from reference.robots import Destinations, NoRobots, RobotAlgorithm, RobotStrategy
 from reference.view import look
@@ -83,8 +83,8 @@ class Simulation:
         """
         self.building = building
         self.scenario = scenario or Scenario()
-        self.navigation: Navigation = navigation_of(building)
-        self.sight: Sight = sight_of(building, self.scenario.sight_range)
+        self.navigation = navigation_of(building)
+        self.sight = sight_of(building, self.scenario.sight_range)
         self._marks = building.landmark.ravel()
         self._areas = building.area.ravel()
 

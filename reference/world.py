@@ -7,14 +7,13 @@ small objects that think one at a time.
     i   a body: people are 0 .. n-1, robots n .. n+R-1
 """
 
-from copy import deepcopy
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from reference.building import Building, Graph, without_doors
+from reference.building import Building
 
 NOBODY = -1
 NOWHERE = -1
@@ -162,16 +161,6 @@ class World:
     robots: list[Robot]
     flames: Flames
     burnt: set[int]  # landmarks: the doors that flames have destroyed [A6]
-
-    def copy(self) -> "World":
-        """Copy the world; changing the copy leaves this one as it is."""
-        return deepcopy(self, {id(self.building): self.building})
-
-    @property
-    def graph(self) -> Graph:
-        """The building's graph of rooms without the doors that have burnt [A6]."""
-        marks = self.building.landmarks
-        return without_doors(self.building.graph, [marks[k].id for k in self.burnt])
 
     @property
     def occupancy(self) -> list[int]:

@@ -10,6 +10,7 @@ import networkx as nx
 import numpy as np
 
 from reference import Scenario, Simulation, load
+from reference.building import without_doors
 from reference.fire import Generator, snapped
 from reference.robots import NoRobots
 from reference.workshop import drawing
@@ -63,7 +64,8 @@ for training in (True, False):
 graphs = {}  # seconds: the graph of rooms by then
 while night.world.time < 300:
     night.step()
-    graphs[night.world.time] = night.world.graph
+    burnt = [museum.landmarks[k].id for k in night.world.burnt]
+    graphs[night.world.time] = without_doors(museum.graph, burnt)
 arrival = night.world.flames.arrival[0]
 for seconds in (30, 60, 120, 240):
     print(f"after {seconds:3} s {np.sum(arrival <= seconds):3} m2 burn or are ash")

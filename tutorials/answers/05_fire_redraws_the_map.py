@@ -8,7 +8,7 @@ all but the shop can go round. Then greece, gothic and asia cut off most, two ro
 import networkx as nx
 
 from reference import Scenario, Simulation, load
-from reference.building import Area
+from reference.building import Area, without_doors
 from reference.robots import NoRobots
 
 museum = load("museum")
@@ -31,7 +31,8 @@ def cut_off(room: Area, seed: int) -> int:
     )
     while night.world.time < 180:
         night.step()
-    left = night.world.graph
+    burnt = [museum.landmarks[k].id for k in night.world.burnt]
+    left = without_doors(museum.graph, burnt)
     return len(set(left) - nx.node_connected_component(left, "outside") - {room.id})
 
 
