@@ -278,7 +278,7 @@ F8 beginning
 F9 evaluation/score
   - return h**2 / (k * α**2)
   + return h / (k * α**2)
-F10 evaluation/score
+F10 workshop/drawing/ruler
   - (max(β - y, 0.0) * k) ** 0.5 * α
   + (max(β - y, 0.0) * k) * α
 F12 workshop/comparing/results

@@ -28,7 +28,10 @@ LEVELS = (0, 0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2)
 def difficulty_at(ruler: Ruler, reward: float) -> float:
     """Invert Eq. 8: the h with which this reward scores 1, at least 0 [F10]."""
     y = ruler.reward_part(reward)
-    return float(max(ruler.beta - y, 0.0) * ruler.k) ** 0.5 * ruler.alpha
+    k = ruler.k
+    α = ruler.alpha
+    β = ruler.beta
+    return (max(β - y, 0.0) * k) ** 0.5 * α
 
 
 def curve(ruler: Ruler | None = None, best_reward: float = BEST_REWARD) -> Figure:
