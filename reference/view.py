@@ -4,7 +4,7 @@ Walls and landmarks are in the sight tables; which people, robots and flames are
 sight is computed anew for all who are about to think.  Neither people nor flames hide
 what is behind them [B1, chosen].
 
-    i  who looks;  j  a body in sight;  m  bodies: people, and then robots
+    i  who looks;  j  a body in sight: people by their numbers, and then robots
 """
 
 from collections.abc import Collection, Iterable

@@ -3,7 +3,7 @@
 Here both are as in the paper; subclasses in `workshop.anchors` do it otherwise.  What
 comes out are decisions in metres, 64 bits; only the environment's `step` reads a box.
 
-    G    agents of a side;  R  robots, the fire's G is 1
+    S    moments;  G  agents of a side: all robots, or one fire
     V    numbers a network reads;  K  of its action;  A  of a decision: x, y in metres,
          the fire's with the floor before them
 """
