@@ -13,7 +13,7 @@ from enum import IntEnum
 from functools import lru_cache
 from itertools import pairwise, permutations
 from math import sqrt
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import networkx as nx
 import numpy as np
@@ -21,7 +21,7 @@ from numpy.random import Generator as Rng
 from scipy import ndimage
 
 from reference import former_names, paper
-from reference.floorplan import STAIRWELLS, Drawing, parse, to_text
+from reference.floorplan import STAIRWELLS, Drawing, parse
 
 Graph: TypeAlias = nx.MultiGraph
 OUTSIDE = "outside"  # a node of the graph
@@ -145,10 +145,6 @@ class Building:
         for mark in self.landmarks:
             self.kind[mark.floor, *mark.cells.T] = mark.kind
         self.walkable = self.kind >= Kind.FLOOR
-
-    def __reduce__(self) -> tuple[Any, tuple[str]]:
-        """Travel between processes as text."""
-        return building_of, (plan_of(self),)
 
     # -- Cells and metres -----------------------------------------------------------
 
@@ -408,17 +404,9 @@ def build(drawing: Drawing) -> Building:
     return Building(drawing)
 
 
-_parsed = lru_cache(maxsize=4)(parse)
-
-
 def building_of(plan: str) -> Building:
     """Build from the text of a floor file. Raises FloorPlanError."""
-    return build(_parsed(plan))
-
-
-def plan_of(building: Building) -> str:
-    """Write a building as the text of its floor file."""
-    return to_text(building.drawing)
+    return build(parse(plan))
 
 
 __getattr__ = former_names(__name__, {"burn": "without_doors"})

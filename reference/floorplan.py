@@ -18,6 +18,7 @@ explains it, and finds mistakes in what can be read, such as a room without a do
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from io import StringIO
 
 from reference.paper import InputError
@@ -47,27 +48,16 @@ class FloorPlanError(InputError):
     """A drawing with a mistake; its text says where and what."""
 
 
-def parse(text: str, path: str = "<text>") -> Drawing:
-    """Read the drawing in a text, called `path` in messages. Raises FloorPlanError."""
+@lru_cache(maxsize=4)
+def parse(text: str) -> Drawing:
+    """Read the drawing in a text. Raises FloorPlanError."""
     reader = _Reader()
     try:
         for line in StringIO(text.removeprefix("\ufeff"), newline=None):
             reader.read(line)
         return reader.drawing()
     except FloorPlanError as error:
-        explained = f"`python -m reference check {path}` explains"
-        raise FloorPlanError(f"{path}:{reader.line}: {error}: {explained}") from None
-
-
-def to_text(drawing: Drawing) -> str:
-    """Write a drawing as text: `parse(to_text(drawing)) == drawing`."""
-    text = [
-        f"building: {drawing.title}",
-        f"size:     {drawing.width} x {drawing.height}",
-    ]
-    for number, storey in enumerate(drawing.storeys, 1):
-        text += ["", f"floor {number}: {storey.name}", *storey.rows]
-    return "".join(f"{line.rstrip()}\n" for line in text)
+        raise FloorPlanError(f"line {reader.line}: {error}") from None
 
 
 HEADING_PATTERNS = {

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator as Rng
 from scipy.spatial import cKDTree
 
 from reference import paper
@@ -47,11 +48,6 @@ class Pairs(NamedTuple):
         return points.take(self.j, 0) - points.take(self.i, 0)
 
 
-def turns(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
-    """Make a function that draws for (k,) bodies (k,) turns up to SHUFFLE_TURN."""
-    return lambda who: paper.SHUFFLE_TURN * rng.uniform(-1, 1, len(who))
-
-
 def neighbours(
     position: np.ndarray, floor: np.ndarray, pace: np.ndarray, seconds: float
 ) -> np.ndarray:
@@ -75,18 +71,19 @@ def neighbours(
 
 def step(
     position: np.ndarray,
+    floor: np.ndarray,
     target: np.ndarray,
     pace: np.ndarray,
     seconds: float,
     free: Free,
-    near: np.ndarray,
-    turns: Callable[[np.ndarray], np.ndarray],
+    rng: Rng,
 ) -> np.ndarray:
     """Move n bodies by one tick; return their new positions, (n, 2) metres.
 
-    position, target: (n, 2) metres; pace: (n,) m/s; near: what `neighbours` found.
+    position, target: (n, 2) metres; floor: (n,); pace: (n,) m/s.
     """
     heading = _heading(position, target, pace, seconds)
+    near = neighbours(position, floor, pace, seconds)
     if not near.size:
         return _walk(position, heading.e, heading.v * seconds, free)
     pairs = _pairs(near, position, heading)
@@ -103,7 +100,7 @@ def step(
     if not held_up.any():
         return moved
     stride = paper.SHUFFLE_SPEED * seconds
-    return _shuffle(moved, onward, held_up, stride, pairs, free, turns)
+    return _shuffle(moved, onward, held_up, stride, pairs, free, rng)
 
 
 # -- Where to, and who is near ------------------------------------------------------
@@ -215,7 +212,7 @@ def _shuffle(
     stride: float,
     pairs: Pairs,
     free: Free,
-    turns: Callable[[np.ndarray], np.ndarray],
+    rng: Rng,
 ) -> np.ndarray:
     """Let those who are held up try a random step, if there is room; stride: metres."""
     who = np.flatnonzero(held_up)
@@ -227,7 +224,8 @@ def _shuffle(
     meets[pairs.i[met]] = True
     way = e[who]
     way[meets[who]] = _turned(e[meets & held_up], -paper.SHUFFLE_RIGHT)
-    half = turns(who)  # of a turn; twice that makes all angles nearly as frequent
+    # half of a turn; twice that makes all angles nearly as frequent
+    half = paper.SHUFFLE_TURN * rng.uniform(-1, 1, len(who))
     tried = moved.copy()
     tried[who] += stride * _turned(_turned(way, half), half)
 

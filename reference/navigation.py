@@ -13,7 +13,6 @@ number [A7, chosen]: so scipy's search decides.  All floors share one numbering:
 from collections.abc import Iterable
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -145,10 +144,6 @@ class Navigation:
         for mark, goal in enumerate(self.goals):
             self.metres[mark], self.waypoint[mark] = self._to_landmark(goal)
         self.to_landmarks = self.distance_to(*range(len(self.goals)))
-
-    def __reduce__(self) -> tuple[Any, tuple[Building]]:
-        """Travel between processes as the building alone."""
-        return navigation_of, (self.building,)
 
     def _steps_of(self, floor: int) -> csr_matrix:
         """(floor_size, floor_size) metres of every step on one floor."""

@@ -97,10 +97,6 @@ class Sight:
         self._marks: list[int] = building.landmark.ravel().tolist()
         self._centres: list[list[float]] = self.navigation.centres.tolist()
 
-    def __reduce__(self) -> tuple[Any, tuple[Building, float]]:
-        """Travel between processes as the building and the range."""
-        return sight_of, (self.building, self.reach)
-
     def _cast_everywhere(self, clear: np.ndarray) -> None:
         """Cast each ray from every place at once, cell by cell."""
         known = self.building.kind != Kind.OUTSIDE

@@ -22,9 +22,9 @@ from reference import humans, motion, paper, walking
 from reference.beginning import generators, starting_world
 from reference.building import Building, Kind
 from reference.fire import FireStrategy, Generator, NoFire, Spread, cells_beside
-from reference.navigation import Navigation, navigation_of
+from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.rays import Sight, sight_of
+from reference.rays import sight_of
 from reference.rewards import group_reward
 from reference.robots import Destinations, NoRobots, RobotAlgorithm, RobotStrategy
 from reference.view import look
@@ -83,8 +83,8 @@ class Simulation:
         """
         self.building = building
         self.scenario = scenario or Scenario()
-        self.navigation: Navigation = navigation_of(building)
-        self.sight: Sight = sight_of(building, self.scenario.sight_range)
+        self.navigation = navigation_of(building)
+        self.sight = sight_of(building, self.scenario.sight_range)
         self._marks = building.landmark.ravel()
         self._areas = building.area.ravel()
 
@@ -217,27 +217,21 @@ class Simulation:
 
     def _people_move(self) -> Touched:
         """Walk people one tick; return who stepped onto a landmark [A5]."""
-        who = np.flatnonzero(self.world.bodies.walking)
-        self.walked_to = self._walk(who, walking.targets(self.world, who))
+        bodies = self.world.bodies
+        who = np.flatnonzero(bodies.walking)
+        full = self.full_until > self.world.time + 1e-9
+        self.walked_to = motion.step(
+            position=bodies.position[who],
+            floor=bodies.floor[who],
+            target=walking.targets(self.world, who),
+            pace=bodies.pace[who],
+            seconds=self.tick,
+            free=walking.free_for(self.world, who, full),
+            rng=self.rng["bodies"],
+        )
         touched = walking.advance(self.world, who, self.walked_to)
         self.fill_doors(touched)
         return touched
-
-    def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
-        """(k, 2) metres where these people get to in a tick."""
-        bodies = self.world.bodies
-        position = bodies.position[who]
-        pace = bodies.pace[who]
-        free = self._free(who)
-        turns = motion.turns(self.rng["bodies"])
-        pairs = motion.neighbours(position, bodies.floor[who], pace, self.tick)
-        return motion.step(position, target, pace, self.tick, free, pairs, turns)
-
-    def _free(self, who: np.ndarray) -> motion.Free:
-        """Tell where these people may stand."""
-        burning = self.world.flames.burning.ravel()
-        full = self.full_until > self.world.time + 1e-9
-        return walking.free_for(self.world, who, burning, full)
 
     def fill_doors(self, touched: Touched) -> None:
         """Close the doors, entrances and exits just entered until they have room [A5].

@@ -4,14 +4,13 @@ Walls and landmarks are in the sight tables; which people, robots and flames are
 sight is computed anew for all who are about to think.  Neither people nor flames hide
 what is behind them [B1, chosen].
 
-    i  who looks;  j  a body in sight;  m  bodies: people, and then robots
+    i  who looks;  j  a body in sight: people by their numbers, and then robots
 """
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 
@@ -137,58 +136,39 @@ class View:
         return (x / far, y / far) if far else None
 
 
-class Crowd(NamedTuple):
-    """Where everybody is: people by their numbers, and then robots; all are (m,)."""
-
-    x: np.ndarray  # metres, floors far apart
-    y: np.ndarray  # metres
-    place: np.ndarray
-    present: np.ndarray  # bool: people who walk on a floor, robots that are active
-
-
 Around = list[tuple[int, int, float]]
 """Bodies near somebody who looks: number, place and metres of each."""
 
 
 def look(world: World, sight: Sight, who: np.ndarray) -> list[View]:
     """Return what each of these people sees; who: (k,) people walking on a floor."""
-    crowd = crowd_of(world)
-    off_x = crowd.x - crowd.x[who, None]
-    off_y = crowd.y - crowd.y[who, None]
-    near = (np.abs(off_x) < sight.reach) & (np.abs(off_y) < sight.reach) & crowd.present
-    near[np.arange(len(who)), who] = False
+    # where everybody is: people by their numbers, then robots
+    bodies = world.bodies
+    robots = world.robots
+    at = np.array([robot.position for robot in robots]).reshape(-1, 2)
+    floors = np.array([robot.floor for robot in robots], int)
+    places = np.array([robot.place for robot in robots], int)
+    active = np.array([robot.active for robot in robots], bool)
+    floor = np.concatenate([bodies.floor, floors])
+    place = np.concatenate([bodies.place, places])
+    present = np.concatenate([bodies.walking, active])
+    x, y = np.concatenate([bodies.position, at]).T
+    x = x + FLOOR_APART * floor
 
+    # who is near whom
+    off_x = x - x[who, None]
+    off_y = y - y[who, None]
+    near = (np.abs(off_x) < sight.reach) & (np.abs(off_y) < sight.reach) & present
+    near[np.arange(len(who)), who] = False
     k, j = np.divmod(np.flatnonzero(near), near.shape[1])
     x = off_x[k, j]
     y = off_y[k, j]
     metres = np.sqrt(x * x + y * y)
-    around = bodies_around(len(who), k, j, crowd.place[j], metres)
-    each = zip(who.tolist(), around, strict=True)
-    return [see(world, sight, i, bodies) for i, bodies in each]
 
-
-def crowd_of(world: World) -> Crowd:
-    """Collect where people and robots are."""
-    bodies = world.bodies
-    robots = world.robots
-    at = np.array([robot.position for robot in robots]).reshape(-1, 2)
-    floor = np.array([robot.floor for robot in robots], int)
-    place = np.array([robot.place for robot in robots], int)
-    active = np.array([robot.active for robot in robots], bool)
-    x = bodies.position[:, 0] + FLOOR_APART * bodies.floor
-    return Crowd(
-        x=np.concatenate([x, at[:, 0] + FLOOR_APART * floor]),
-        y=np.concatenate([bodies.position[:, 1], at[:, 1]]),
-        place=np.concatenate([bodies.place, place]),
-        present=np.concatenate([bodies.walking, active]),
-    )
-
-
-def bodies_around(viewers: int, k: np.ndarray, *columns: np.ndarray) -> list[Around]:
-    """List the bodies around each viewer; k: (m,) viewers in order; columns: (m,)."""
-    bodies = list(zip(*(column.tolist() for column in columns), strict=True))
-    ends = k.searchsorted(np.arange(viewers + 1)).tolist()
-    return [bodies[first:last] for first, last in pairwise(ends)]
+    around = list(zip(j.tolist(), place[j].tolist(), metres.tolist(), strict=True))
+    ends = k.searchsorted(np.arange(len(who) + 1)).tolist()
+    each = zip(who.tolist(), pairwise(ends), strict=True)
+    return [see(world, sight, i, around[first:last]) for i, (first, last) in each]
 
 
 def see(world: World, sight: Sight, i: int, around: Around) -> View:

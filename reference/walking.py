@@ -47,16 +47,15 @@ def targets(world: World, who: np.ndarray) -> np.ndarray:
     return target
 
 
-def free_for(
-    world: World, who: np.ndarray, burning: np.ndarray, full: np.ndarray
-) -> Free:
+def free_for(world: World, who: np.ndarray, full: np.ndarray) -> Free:
     """Tell where people may stand: not in walls, full doors, or flames unless reckless.
 
-    burning: (places,) bool;  full: (landmarks + 1,) bool, the last: no landmark
+    full: (landmarks + 1,) bool, the last: no landmark
     """
     bodies = world.bodies
     nav = navigation_of(world.building)
     marks = world.building.landmark.ravel()
+    burning = world.flames.burning.ravel()
     floor = bodies.floor[who]
     inside = marks[bodies.place[who]]
     reckless = bodies.reckless_until[who] > world.time - 1e-9

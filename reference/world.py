@@ -7,7 +7,6 @@ small objects that think one at a time.
     i   a body: people are 0 .. n-1, robots n .. n+R-1
 """
 
-from copy import deepcopy
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import NamedTuple
@@ -162,10 +161,6 @@ class World:
     robots: list[Robot]
     flames: Flames
     burnt: set[int]  # landmarks: the doors that flames have destroyed [A6]
-
-    def copy(self) -> "World":
-        """Copy the world; changing the copy leaves this one as it is."""
-        return deepcopy(self, {id(self.building): self.building})
 
     @property
     def graph(self) -> Graph:

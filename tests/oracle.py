@@ -65,7 +65,8 @@ def worth(
     absent = []
     for vectors, action in agents:
         missing = vectors[:, :1].isnan()
-        x = critic.encoder(torch.where(missing, 0.0, vectors), grids)
+        alone = torch.where(missing, 0.0, vectors)[:, None]  # groups of one
+        x = critic.encoder(alone, grids)[:, 0]
         if action is None:
             entity = critic.g(x)
         else:

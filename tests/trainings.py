@@ -8,8 +8,7 @@ from pathlib import Path
 import torch
 from alike import same
 
-from reference.building import plan_of
-from reference.workshop.maps import load
+from reference.workshop.maps import load, plan_of
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.loop import run_training

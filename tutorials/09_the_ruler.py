@@ -33,7 +33,8 @@ from reference.workshop.storage.workers import InProcess
 
 institute = load("paper")
 print("metres to go, floor by floor:", np.round(mean_ways(institute), 1).tolist())
-print(f"R_w {worst_reward():,.0f}, R_b {best_reward(institute):,.0f}")
+forty = Scenario().people
+print(f"R_w {worst_reward(forty):,.0f}, R_b {best_reward(institute, forty):,.0f}")
 #> metres to go, floor by floor: [23.4, 21.7, 19.0]
 #> R_w -12,000, R_b 15,043
 

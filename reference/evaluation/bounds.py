@@ -21,20 +21,16 @@ from reference.paper import Scenario
 DIGITS = 2  # [F12, chosen] significant digits of an estimate, like the paper's
 
 
-def worst_reward(people: int | None = None) -> float:
-    """R_w: everybody dies [F4, Eq. 6] [F5]; default: -12000 for the paper's forty."""
-    if people is None:
-        people = paper.PEOPLE
+def worst_reward(people: int) -> float:
+    """R_w: everybody dies [F4, Eq. 6] [F5]; -12000 for the paper's forty."""
     return -paper.FIXED_PENALTY * people
 
 
-def best_reward(building: Building, people: int | None = None) -> float:
+def best_reward(building: Building, people: int) -> float:
     """R_b, health points [F6, Eq. 7]: n · (Σ_j (hp − loss_j) + FixReward).
 
     The sum goes over all floors of the building; on the paper's it is 15000 within 2 %.
     """
-    if people is None:
-        people = paper.PEOPLE
     on_floors = sum(paper.HEALTH - loss for loss in health_losses(building))
     return people * (on_floors + paper.FIXED_REWARD)
 

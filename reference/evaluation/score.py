@@ -73,14 +73,6 @@ class Ruler:
         """Invert Eq. 4: the reward, health points, of y > 0 [F1, Eq. 4]."""
         return self.alpha * log(y * self.control) / log(self.base)
 
-    def difficulty_at(self, reward: float) -> float:
-        """Invert Eq. 8: the h with which this reward scores 1, at least 0 [F10]."""
-        y = self.reward_part(reward)
-        k = self.k
-        α = self.alpha
-        β = self.beta
-        return (max(β - y, 0.0) * k) ** 0.5 * α
-
 
 def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
     """Solve Eq. 4 for b and c through two critical points, (reward, y) each [F2].

@@ -3,12 +3,12 @@
 Here both are as in the paper; subclasses in `workshop.anchors` do it otherwise.  What
 comes out are decisions in metres, 64 bits; only the environment's `step` reads a box.
 
-    G    agents of a side;  R  robots, the fire's G is 1
+    S    moments;  G  agents of a side: all robots, or one fire
     V    numbers a network reads;  K  of its action;  A  of a decision: x, y in metres,
          the fire's with the floor before them
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,7 +29,7 @@ class Moment:
 
     vectors: np.ndarray  # (G, V) float32, what each agent observed last
     alive: np.ndarray  # (G,) bool, who has not left
-    world: World  # of it networks read the grid, and where robots are headed
+    world: World  # of it networks read the grid
     rng: np.random.Generator | None = None  # for sampling; None: mean or likeliest
     seed: int = 0  # of the episode
 
@@ -64,21 +64,20 @@ class PolicyCodec:
             branches=(self.building.floors,) if self.side == "fire" else (),
         )
 
-    def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
-        """(N, V) float32, what a network reads of observations (N, V).
+    def read(self, moments: Sequence[Moment]) -> np.ndarray:
+        """(S, G, V) float32, what a network reads at S moments.
 
         The fire's numbers are scaled; Table II does not scale them [E4, deviation].
-        headed: (R, 2), where robots go; the paper's policies do not read it.
         """
+        vectors = np.stack([moment.vectors for moment in moments])
         if self.side == "fire":
             return self.layout.scaled(vectors)
         return vectors
 
-    def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """Decisions (..., A) of a network's actions (..., K).
+    def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
+        """Decisions (S, G, A) of a network's actions (S, G, K).
 
         clamp(a, -3, 3)/3 of the main body; the fire's floor, a branch, comes first.
-        vectors: (..., V), observed.
         """
         axes = raw[..., :AXES].astype(np.float64)
         axes = axes.clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT

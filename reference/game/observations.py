@@ -18,10 +18,7 @@ from reference.building import Building, Kind, lengths
 from reference.paper import Scenario
 from reference.world import World
 
-WALLS = "walls"
-FLAMES = "fires"
-EXITS = "exits"
-GRID_KINDS = (WALLS, FLAMES, EXITS)
+GRID_KINDS = ("walls", "fires", "exits")
 """[C3, chosen] kinds of channels, in this order; each has one channel per floor."""
 
 
@@ -215,42 +212,13 @@ def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.nd
     return np.lexsort((metres, rank), axis=1)
 
 
-def robot_destinations(world: World) -> np.ndarray:
-    """Find where robots under way go to: (R, 2) float32 normalised, else nan.
-
-    The actual target of their last decision (Eq. 1), clipped to the main body: deciding
-    it again changes nothing.
-    """
-    spots = [r.destination if r.way else (np.nan, np.nan) for r in world.robots]
-    metres = np.array(spots, dtype=np.float64).reshape(-1, 2)
-    return to_normalised(world.building, metres).clip(-1, 1).astype(np.float32)
-
-
 # -- Normalised coordinates --------------------------------------------------------
 
 
-def to_normalised(building: Building, metres: np.ndarray) -> np.ndarray:
-    """Convert metres (..., 2) so that the main body is [-1, 1] x [-1, 1]."""
-    middle, half = _middle_and_half(building)
-    return (metres - middle) / half
-
-
 def from_normalised(building: Building, normalised: np.ndarray) -> np.ndarray:
-    """Invert `to_normalised`."""
-    middle, half = _middle_and_half(building)
-    return normalised * half + middle
-
-
-def in_body(building: Building, metres: np.ndarray) -> np.ndarray:
-    """Clip metres (..., 2) to the main body."""
+    """Convert (..., 2) to metres: the main body is [-1, 1] x [-1, 1]."""
     low, high = np.reshape(building.body, (2, 2))
-    return metres.clip(low, high)
-
-
-def _middle_and_half(building: Building) -> tuple[np.ndarray, np.ndarray]:
-    """(2,) the middle of the main body, and (2,) half its size."""
-    low, high = np.reshape(building.body, (2, 2))
-    return (low + high) / 2, (high - low) / 2
+    return normalised * ((high - low) / 2) + (low + high) / 2
 
 
 # -- The grid -----------------------------------------------------------------------
@@ -278,10 +246,10 @@ def grid(world: World) -> np.ndarray:
     has_exit = (building.kind == Kind.EXIT).any(axis=(1, 2), keepdims=True)
     ways_out = np.where(has_exit, kind == Kind.EXIT, kind == Kind.ENTRANCE)
 
+    channels = np.concatenate([kind == Kind.WALL, burning, ways_out])
+    _, rows, cols = channels.shape
     cells = np.zeros(grid_shape(building), dtype=np.uint8)
-    _channels(cells, WALLS, kind)[:] = kind == Kind.WALL
-    _channels(cells, FLAMES, kind)[:] = burning
-    _channels(cells, EXITS, kind)[:] = ways_out
+    cells[:, :rows, :cols] = channels
     return cells
 
 
@@ -290,10 +258,3 @@ def _main_body(cells: np.ndarray, building: Building) -> np.ndarray:
     left, bottom, right, top = (int(edge) for edge in building.body)
     row, col = building.origin
     return cells[:, row - top : row - bottom, col + left : col + right]
-
-
-def _channels(cells: np.ndarray, kind: str, body: np.ndarray) -> np.ndarray:
-    """View the main body, (floors, rows, cols), in a grid's channels of one kind."""
-    floors, rows, cols = body.shape
-    start = GRID_KINDS.index(kind) * floors
-    return cells[start : start + floors, :rows, :cols]

@@ -101,15 +101,13 @@ class Encoder(nn.Module):
         self.size = sizes.vector + settings.hidden_units
 
     def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
-        """(B, V) -> (B, V + H), or (B, G, V) -> (B, G, V + H); grids: one per B.
+        """(B, G, V) -> (B, G, V + H); grids: (B, channels, height, width).
 
         The agents of a group share their grid, so it is encoded once [C4].
         """
         if self.normaliser is not None:
             vectors = self.normaliser(vectors)
-        image = self.grid(grids)
-        if vectors.dim() == 3:
-            image = image[:, None].expand(-1, vectors.shape[1], -1)
+        image = self.grid(grids)[:, None].expand(-1, vectors.shape[1], -1)
         return torch.cat([vectors, image], dim=-1)
 
 
@@ -148,7 +146,7 @@ class Body(nn.Module):
         )
 
     def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
-        """(B, [G,] V) and (B, channels, height, width) -> (B, [G,] H)."""
+        """(B, G, V) and (B, channels, height, width) -> (B, G, H)."""
         return self.layers(self.encoder(vectors, grids))
 
 
@@ -176,13 +174,8 @@ class ActionDistribution:
         return torch.cat(parts, dim=-1)
 
     def entropy(self) -> Tensor:
-        """(...): mean of Gaussians + sum of branches [E3, torch/action_model.py].
-
-        A policy of branches alone has the sum of branches.
-        """
-        total = self.gaussian.entropy().sum(dim=-1)
-        if components := self.gaussian.mean.shape[-1]:
-            total = total / components
+        """(...): mean of Gaussians + sum of branches [E3, torch/action_model.py]."""
+        total = self.gaussian.entropy().mean(dim=-1)
         for branch in self.branches:
             total = total + branch.entropy()
         return total
@@ -214,7 +207,7 @@ class GaussianHead(nn.Module):
     A linear layer gives the mean; log sigma is a free vector that begins at 0.
     """
 
-    def __init__(self, hidden: int, continuous: int, branches: tuple[int, ...] = ()):
+    def __init__(self, hidden: int, continuous: int, branches: tuple[int, ...]):
         super().__init__()
         self.mean = linear(hidden, continuous, MEAN_GAIN / sqrt(hidden))
         self.log_sigma = nn.Parameter(torch.zeros(continuous))
@@ -241,6 +234,6 @@ class Actor(nn.Module):
             self.head = sizes.head(hidden)
 
     def forward(self, vectors: Tensor, grids: Tensor) -> ActionDistribution:
-        """(B, [G,] V) and (B, channels, height, width)."""
+        """(B, G, V) and (B, channels, height, width)."""
         policy: ActionDistribution = self.head(self.body(vectors, grids), vectors)
         return policy

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from reference.building import Building
 from reference.game.codec import Moment
-from reference.game.observations import grid, robot_destinations
+from reference.game.observations import grid
 from reference.learning.experience import Record
 from reference.learning.networks import ActionDistribution, Actor
 from reference.learning.settings import Side, TrainerSettings
@@ -36,14 +36,6 @@ class Player:
         self.codec = settings.codec(side, building, scenario)
         self.actor = Actor(self.codec.sizes, settings).eval()
 
-    def read(self, moments: Sequence[Moment]) -> np.ndarray:
-        """Make the network's input [E4], (S, G, V) float32; all moments at once."""
-        seen = self.codec.read(
-            np.concatenate([moment.vectors for moment in moments]),
-            np.concatenate([robot_destinations(moment.world) for moment in moments]),
-        )
-        return seen.reshape(len(moments), -1, seen.shape[-1])
-
     @torch.no_grad()
     def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:
         """Decide at all these moments by one call of the network.
@@ -51,7 +43,7 @@ class Player:
         Returns (S, G, A) float64, decisions in metres [C5] [D2], and what to
         record.
         """
-        seen = self.read(moments)
+        seen = self.codec.read(moments)
         grids = np.stack([grid(moment.world) for moment in moments])
         policy = self.actor(torch.from_numpy(seen), torch.from_numpy(grids))
         raw = policy.act(_noise(moments, policy))
@@ -67,8 +59,7 @@ class Player:
             }
             for k, moment in enumerate(moments)
         ]
-        vectors = np.stack([moment.vectors for moment in moments])
-        return self.codec.actions(actions, vectors), records
+        return self.codec.actions(actions, moments), records
 
 
 def _noise(moments: Sequence[Moment], policy: ActionDistribution) -> Tensor | None:

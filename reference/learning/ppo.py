@@ -111,7 +111,7 @@ class Critic(nn.Module):
         self.value = value_head(settings.hidden_units)
 
     def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
-        """(B, [G,] V) and (B, channels, height, width) -> values (B, [G])."""
+        """(B, G, V) and (B, channels, height, width) -> values (B, G)."""
         return self.value(self.body(vectors, grids))[..., 0]
 
 

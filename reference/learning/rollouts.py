@@ -209,7 +209,7 @@ class _RunningEpisode:
         records = self.records.get(side)
         if not records:
             return None
-        (seen,) = self.players[side].read([self.moment(side)])
+        (seen,) = self.players[side].codec.read([self.moment(side)])
         columns = {name: [row[name] for row in records] for name in RECORDED}
         columns["vectors"].append(seen)
         columns["grids"].append(grid(self.simulation.world))

@@ -9,18 +9,21 @@ those of running each alone, to the last bit.
 """
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
-from reference import former_names, humans, motion, walking
+from reference import former_names, humans, motion, paper, walking
 from reference.simulation import Simulation
-from reference.view import View, bodies_around, crowd_of, see
+from reference.view import View, see
 from reference.walking import Touched
-from reference.world import Bodies
+from reference.world import FLOOR_APART, Bodies
+
+Turns = Callable[[np.ndarray], np.ndarray]
+"""(k,) numbers of those held up -> (k,) half turns, drawn by each world's generator."""
 
 
 def advance_in_lockstep(runs: Sequence[Simulation]) -> None:
@@ -111,25 +114,39 @@ class Lockstep:
 
     def _look(self, who: np.ndarray) -> list[View]:
         """What `view.look` does; each looks at their own world [B3]."""
-        crowd = crowd_of(self.world)
+        # where everybody is: people of all worlds, then robots
+        bodies = self.world.bodies
+        robots = self.world.robots
+        at = np.array([robot.position for robot in robots]).reshape(-1, 2)
+        floors = np.array([robot.floor for robot in robots], int)
+        places = np.array([robot.place for robot in robots], int)
+        active = np.array([robot.active for robot in robots], bool)
+        floor = np.concatenate([bodies.floor, floors])
+        place = np.concatenate([bodies.place, places])
+        present = np.concatenate([bodies.walking, active])
+        x, y = np.concatenate([bodies.position, at]).T
+        x = x + FLOOR_APART * floor
+
+        # who is near whom in the same world
         world, me = np.divmod(who, self.n)
         others = self._in_world[world]
         reach = self.runs[0].sight.reach
-        off_x = crowd.x[others] - crowd.x[who, None]
-        off_y = crowd.y[others] - crowd.y[who, None]
-        near = (np.abs(off_x) < reach) & (np.abs(off_y) < reach) & crowd.present[others]
+        off_x = x[others] - x[who, None]
+        off_y = y[others] - y[who, None]
+        near = (np.abs(off_x) < reach) & (np.abs(off_y) < reach) & present[others]
         near[np.arange(len(who)), me] = False
-
         k, j = np.divmod(np.flatnonzero(near), near.shape[1])
-        place = crowd.place[others[k, j]]
         x = off_x[k, j]
         y = off_y[k, j]
         metres = np.sqrt(x * x + y * y)
-        around = bodies_around(len(who), k, j, place, metres)
-        each = zip(world.tolist(), me.tolist(), around, strict=True)
+
+        there = place[others[k, j]]
+        around = list(zip(j.tolist(), there.tolist(), metres.tolist(), strict=True))
+        ends = k.searchsorted(np.arange(len(who) + 1)).tolist()
+        each = zip(world.tolist(), me.tolist(), pairwise(ends), strict=True)
         return [
-            see(self.runs[w].world, self.runs[w].sight, i, bodies)
-            for w, i, bodies in each
+            see(self.runs[w].world, self.runs[w].sight, i, around[first:last])
+            for w, i, (first, last) in each
         ]
 
     def _people_move(self) -> dict[Simulation, Touched]:
@@ -159,13 +176,15 @@ class Lockstep:
             drawn = [np.zeros(0)]
             own = self._parts(who[held_up])
             for run, (a, b), idle in zip(self.runs, own, lonely, strict=True):
-                draw = motion.turns(run.rng["bodies"])
-                drawn.append(np.zeros(b - a) if idle else draw(held_up[a:b]))
+                half = np.zeros(b - a)
+                if not idle:
+                    half = paper.SHUFFLE_TURN * run.rng["bodies"].uniform(-1, 1, b - a)
+                drawn.append(half)
             return np.concatenate(drawn)
 
         # whose world has no two people near each other walks without shuffling
         free = self._free(who)
-        step = partial(motion.step, position, target, pace, self.tick, free)
+        step = partial(_step, position, target, pace, self.tick, free)
         moved = step(np.concatenate(pairs, axis=1), turns)
         if any(lonely):
             by_oneself = np.repeat(lonely, [b - a for a, b in parts])
@@ -208,6 +227,68 @@ class Lockstep:
             world, own = divmod(i, self.n)
             split[self.runs[world]].append((own, before))
         return split
+
+
+# -- `motion.step`, with each world's own neighbours and random numbers ----------------
+
+
+def _step(
+    position: np.ndarray,
+    target: np.ndarray,
+    pace: np.ndarray,
+    seconds: float,
+    free: motion.Free,
+    near: np.ndarray,
+    turns: Turns,
+) -> np.ndarray:
+    """What `motion.step` does; near: what `motion.neighbours` found in each world."""
+    heading = motion._heading(position, target, pace, seconds)
+    if not near.size:
+        return motion._walk(position, heading.e, heading.v * seconds, free)
+    pairs = motion._pairs(near, position, heading)
+    turned, v = motion._heed_neighbours(heading, pairs)
+
+    walked = motion._walk(position, turned, v * seconds, free)
+    pushed = motion._push(walked, pairs, free)
+    moved = motion._not_into_each_other(position, pushed, pairs, pairs.yields)
+
+    there = heading.far <= paper.ARRIVED_METRES
+    onward = np.where(there[:, None], turned, heading.e)
+    advanced = motion._along(moved - position, onward)
+    held_up = (advanced < paper.HELD_UP_SPEED * seconds) & onward.any(axis=1)
+    if not held_up.any():
+        return moved
+    stride = paper.SHUFFLE_SPEED * seconds
+    return _shuffle(moved, onward, held_up, stride, pairs, free, turns)
+
+
+def _shuffle(
+    moved: np.ndarray,
+    e: np.ndarray,
+    held_up: np.ndarray,
+    stride: float,
+    pairs: motion.Pairs,
+    free: motion.Free,
+    turns: Turns,
+) -> np.ndarray:
+    """What `motion._shuffle` does."""
+    who = np.flatnonzero(held_up)
+    mine = held_up[pairs.i]
+    pairs = motion.Pairs(*(column[mine] for column in pairs))
+
+    met = pairs.facing & (motion._along(e.take(pairs.i, 0), pairs.to_j) > 0)
+    meets = np.zeros(len(e), bool)
+    meets[pairs.i[met]] = True
+    way = e[who]
+    way[meets[who]] = motion._turned(e[meets & held_up], -paper.SHUFFLE_RIGHT)
+    half = turns(who)
+    tried = moved.copy()
+    tried[who] += stride * motion._turned(motion._turned(way, half), half)
+
+    barred = who[~free(tried[who], who)]
+    tried[barred] = moved[barred]
+    all_yield = np.ones(len(pairs.i), bool)
+    return motion._not_into_each_other(moved, tried, pairs, all_yield)
 
 
 __getattr__ = former_names(

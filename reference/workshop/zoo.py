@@ -46,11 +46,11 @@ from reference.building import Building
 from reference.fire import FireStrategy
 from reference.game import observations
 from reference.game.environment import (
+    FIRE,
     Environment,
     Infos,
     Observations,
     StepResult,
-    action_size,
 )
 from reference.paper import Scenario
 from reference.robots import RobotStrategy
@@ -60,6 +60,11 @@ from reference.workshop.drawing.film import painter
 from reference.workshop.maps import load
 
 SO_FAR = ("evacuated", "died", "inside", "reward", "simulated_seconds")
+
+
+def action_size(agent: str) -> int:
+    """Size of an action: a robot's x, y [C5]; the fire's floor, x, y [D2]."""
+    return 3 if agent == FIRE else 2
 
 
 class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
@@ -100,6 +105,7 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
             fire=strategy_of(fire, "fire", here, self.scenario),
         )
         self.agents = list[str]()  # before the first episode
+        self._begun = False
         self.possible_agents = self.environment.possible_agents
         self._history = [tally(self.environment.simulation.world)]
 
@@ -126,6 +132,7 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
     ) -> tuple[dict[str, Any], Infos]:
         """Begin a new episode; see `Environment.reset`."""
         seen, infos = self.environment.reset(seed, options)
+        self._begun = True
         self._history.clear()
         return self._seen(seen), self._with_outcome(infos)
 
@@ -133,8 +140,15 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         return seen
 
     def step(self, actions: Mapping[str, Any]) -> StepResult:
-        """Take one decision of all agents; see `Environment.step`."""
-        seen, rewards, ended, cut, infos = self.environment.step(actions)
+        """Take one decision of all agents; see `Environment.step`.
+
+        Raises ValueError, which names the agent, for an action that is missing or
+        invalid, and RuntimeError before the first reset.
+        """
+        if not self._begun:
+            raise RuntimeError("call reset() before step()")
+        checked = {a: _checked(a, actions) for a in self.environment.agents}
+        seen, rewards, ended, cut, infos = self.environment.step(checked)
         return self._seen(seen), rewards, ended, cut, self._with_outcome(infos)
 
     def _with_outcome(self, infos: Infos) -> Infos:
@@ -165,6 +179,23 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
     def __getstate__(self) -> dict[str, Any]:
         """Leave the page of pictures behind, when it is copied to another process."""
         return {name: value for name, value in vars(self).items() if name != "_film"}
+
+
+def _checked(agent: str, actions: Mapping[str, Any]) -> np.ndarray:
+    """Read an agent's action as numbers. Raises ValueError, which names the agent."""
+    if agent not in actions:
+        raise ValueError(f"{agent} is still there, but has no action")
+    action = actions[agent]
+    size = action_size(agent)
+    wanted = f"{agent}: an action is {size} numbers from -1 to 1"
+    try:
+        numbers = np.asarray(action, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{wanted}, not {action!r}") from None
+    keep = agent != FIRE and np.isnan(numbers).all()
+    if numbers.shape != (size,) or not (keep or np.isfinite(numbers).all()):
+        raise ValueError(f"{wanted}, not {numbers.tolist()}")
+    return numbers
 
 
 class FlatEnvironment(ZooEnvironment):

@@ -37,8 +37,7 @@ def everywhere(at):
 
 def moved(position, floor, aim, pace, free, rng):
     """Positions a tick later."""
-    pairs = motion.neighbours(position, floor, pace, TICK)
-    return motion.step(position, aim, pace, TICK, free, pairs, motion.turns(rng))
+    return motion.step(position, floor, aim, pace, TICK, free, rng)
 
 
 def corridor(width):

@@ -7,7 +7,7 @@ import pytest
 from alike import same
 from lives import settings
 
-from reference.building import building_of, plan_of
+from reference.building import building_of
 from reference.fire import NoFire, RandomFire
 from reference.game.codec import PolicyCodec, decided
 from reference.game.environment import FIRE, Environment
@@ -17,7 +17,7 @@ from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import SIDES
 from reference.paper import Scenario
 from reference.workshop.lockstep import advance_in_lockstep
-from reference.workshop.maps import load
+from reference.workshop.maps import load, plan_of
 
 TINY = plan_of(load("tiny"))
 TABLE = settings("ppo", hidden_units=8, num_layers=1)  # Gaussians
@@ -133,6 +133,6 @@ def test_a_gaussian_fire_s_branch_is_a_floor(name):
     """Branch k lights floor k; a number beyond 3 is clipped."""
     building = load(name)
     raw = np.array([[[6.0, -1.5, k]] for k in range(building.floors)])
-    rows = PolicyCodec("fire", building, SCENARIO).actions(raw, raw)[:, 0]
+    rows = PolicyCodec("fire", building, SCENARIO).actions(raw, [])[:, 0]
     x, y = from_normalised(building, np.array([1.0, -0.5])).tolist()
     assert list(map(decided, rows)) == [(k, x, y) for k in range(building.floors)]

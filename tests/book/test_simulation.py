@@ -218,7 +218,7 @@ def test_a_simulation_may_begin_with_a_world_that_exists(seed):
     wait(sim, 30)
     robots = deepcopy(sim.robot_strategy)
     other = Simulation(
-        sim.building, sim.scenario, robots, seed=seed, world=sim.world.copy()
+        sim.building, sim.scenario, robots, seed=seed, world=deepcopy(sim.world)
     )
     assert other.world.time == sim.world.time
     events = len(sim.events)

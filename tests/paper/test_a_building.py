@@ -10,12 +10,11 @@ from reference.building import (
     Building,
     Kind,
     building_of,
-    plan_of,
     without_doors,
 )
 from reference.floorplan import parse
 from reference.paper import BODY_SIZE, FLOORS, WALKING_SPEED, stairs_seconds
-from reference.workshop.maps import load
+from reference.workshop.maps import load, plan_of
 
 HOUSE = """\
 building: House

@@ -11,8 +11,10 @@ from movies import shipped, stage, wait
 from reference import paper
 from reference.fire import RandomFire
 from reference.game import observations
+from reference.game.observations import from_normalised
 from reference.paper import Scenario
 from reference.simulation import Simulation
+from reference.workshop.anchors.frame import robot_destinations, to_normalised
 from reference.workshop.strategies.guides import Sweep
 from reference.world import Fate, FireLit
 
@@ -309,9 +311,9 @@ def test_actions_are_in_coordinates_of_the_main_body():
     """Its corners are at 1 and -1."""
     building = shipped("paper")
     corner = np.array([[20.0, -20.0], [0.0, 0.0]])
-    spots = observations.to_normalised(building, corner)
+    spots = to_normalised(building, corner)
     assert spots.tolist() == [[1, -1], [0, 0]]
-    assert observations.from_normalised(building, spots).tolist() == corner.tolist()
+    assert from_normalised(building, spots).tolist() == corner.tolist()
 
 
 # -- The grid -----------------------------------------------------------------------
@@ -384,9 +386,9 @@ def test_a_grid_belongs_to_whoever_asked_for_it():
 def test_a_robot_remembers_where_it_goes_until_it_is_there():
     """Normalised, and cut off at the main body like every action; nan on arrival."""
     run = Simulation(shipped("paper"), Scenario(), Sweep(), seed=2)
-    assert np.isnan(observations.robot_destinations(run.world)).all()
+    assert np.isnan(robot_destinations(run.world)).all()
     run.step()
-    told = observations.robot_destinations(run.world)
+    told = robot_destinations(run.world)
     for robot, spot in zip(run.world.robots, told, strict=True):
         assert np.isnan(spot).all() == (not robot.way)
     assert np.nanmax(np.abs(told)) <= 1

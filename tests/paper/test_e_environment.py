@@ -9,10 +9,11 @@ from movies import events_of, shipped, turns
 
 from reference.fire import RandomFire
 from reference.game import observations
-from reference.game.environment import FIRE, Environment, action_size
+from reference.game.environment import FIRE, Environment
 from reference.paper import Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
+from reference.workshop.anchors.frame import to_normalised
 from reference.workshop.comparing.named import strategy_of
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import Patrol
@@ -42,7 +43,8 @@ def idle(environment):
 def sampled(environment, rng):
     """An action for all who are there."""
     return {
-        agent: rng.uniform(-1, 1, action_size(agent)) for agent in environment.agents
+        agent: rng.uniform(-1, 1, 3 if agent == FIRE else 2)
+        for agent in environment.agents
     }
 
 
@@ -152,7 +154,7 @@ def test_an_action_near_a_stairwell_means_the_stairwell():
     """It lies outside the main body, but its middle can be chosen by Eq. 1."""
     environment = game("paper")
     well = environment.building.stairwells[0]
-    spot = observations.to_normalised(environment.building, np.array(well.centre))
+    spot = to_normalised(environment.building, np.array(well.centre))
     assert np.abs(spot).max() > 1
     environment.step(idle(environment) | {"robot_2": spot})
     robot = environment.simulation.world.robots[2]
@@ -190,7 +192,7 @@ def test_a_strategys_decisions_played_as_actions_give_the_strategys_run(name):
         actions = idle(environment)
         for k, where in decided.items():
             if where is not None:
-                spot = observations.to_normalised(building, np.array(where))
+                spot = to_normalised(building, np.array(where))
                 actions[f"robot_{k}"] = spot.astype(np.float32)
         environment.step(actions)
     assert environment.simulation.done
@@ -209,7 +211,7 @@ def ablaze(environment, floor=0):
     room = max(environment.building.rooms(floor), key=lambda area: area.size)
     row, col = room.cells[len(room.cells) // 2].tolist()
     x, y = environment.building.metres(row, col)
-    spot = observations.to_normalised(environment.building, np.array([x, y]))
+    spot = to_normalised(environment.building, np.array([x, y]))
     share = (2 * floor + 1) / environment.building.floors - 1
     return idle(environment) | {FIRE: np.float32([share, *spot])}
 
@@ -342,41 +344,6 @@ def test_when_time_is_up_all_who_are_there_are_truncated():
     assert not any(terminations.values())
     assert environment.simulation.world.time == pytest.approx(12)
     assert environment.agents == []
-
-
-# -- Mistakes -----------------------------------------------------------------------
-
-
-def test_refuses_a_step_before_the_first_reset_and_a_negative_seed():
-    """And says what to do."""
-    with pytest.raises(RuntimeError, match=r"call reset\(\)"):
-        Environment(shipped("tiny")).step({})
-    with pytest.raises(ValueError, match="a seed is 0 or more, not -1"):
-        game(seed=-1)
-
-
-@pytest.mark.parametrize(
-    "action",
-    [[0.0], [0.0, 0.0, 0.0], [[0.0, 0.0]], 1.0, "east", None, [np.nan, 0], [np.inf, 0]],
-)
-def test_refuses_an_action_that_is_none_by_the_name_of_the_agent(action):
-    """Too few numbers, too many, no numbers; and the fire has no old one to keep."""
-    environment = game()
-    with pytest.raises(ValueError, match="robot_2: an action is 2 numbers"):
-        environment.step(idle(environment) | {"robot_2": action})
-    with pytest.raises(ValueError, match="fire_0: an action is 3 numbers"):
-        environment.step(idle(environment) | {FIRE: np.full(3, np.nan)})
-
-
-def test_refuses_a_missing_action_by_the_name_of_the_agent():
-    """Nothing has happened then, and the step can be taken again."""
-    environment = game()
-    actions = idle(environment)
-    del actions["robot_3"]
-    with pytest.raises(ValueError, match="robot_3 is still there, but has no action"):
-        environment.step(actions)
-    assert environment.decision == 0
-    assert environment.simulation.ticks == 0
 
 
 # -- Seeds --------------------------------------------------------------------------

@@ -7,13 +7,12 @@ import pytest
 import torch
 from lives import SIZES, life, settings
 
-from reference.building import plan_of
 from reference.fire import NoFire
 from reference.learning import poca, ppo
 from reference.learning.adversarial import learn, learner_for, player_of
 from reference.learning.rollouts import Job, play
 from reference.paper import TABLE_I, TABLE_II, Scenario
-from reference.workshop.maps import load
+from reference.workshop.maps import load, plan_of
 
 TINY = plan_of(load("tiny"))
 SCENE = Scenario(people=6, sources=3, training=True, time_limit=60)

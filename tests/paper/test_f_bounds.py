@@ -26,7 +26,7 @@ THIRD = (0, 0, paper.PEOPLE)
 @pytest.mark.paper("F5", "B8")
 def test_the_worst_reward_is_everybodys_death():
     """-12000 for forty, and Critical Point 1 lies there."""
-    assert worst_reward() == -12000 == paper.WORST_POINT[0]
+    assert worst_reward(paper.PEOPLE) == -12000 == paper.WORST_POINT[0]
 
 
 @pytest.mark.paper("F6")
@@ -42,7 +42,7 @@ def test_the_best_reward_of_the_papers_building_is_the_papers():
     """Ways of 23, 22 and 19 m at 1.35 m/s make 15000 within two in a hundred."""
     building = shipped("paper")
     assert mean_ways(building) == pytest.approx((23.4, 21.7, 19.0), abs=0.1)
-    assert best_reward(building) == pytest.approx(15_000, rel=0.02)
+    assert best_reward(building, paper.PEOPLE) == pytest.approx(15_000, rel=0.02)
 
 
 @pytest.mark.paper("F7", "Eq. 7")

@@ -17,6 +17,7 @@ from reference.evaluation.score import (
 )
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
 from reference.workshop.comparing.results import ruler_of
+from reference.workshop.drawing.ruler import difficulty_at
 
 POINTS = (WORST_POINT, BEST_POINT)
 EASY = (14_000.0, 2418.0)
@@ -93,8 +94,8 @@ def test_e_is_one_where_e_prime_is_1649_7():
 )
 def test_the_baselines_score_is_one_along_this_difficulty(reward, difficulty):
     """h = √((β - y(R)) k) α, on a scale of 0 to about 4000."""
-    assert paper_ruler().difficulty_at(reward) == pytest.approx(difficulty, abs=0.5)
-    h = paper_ruler().difficulty_at(reward)
+    assert difficulty_at(paper_ruler(), reward) == pytest.approx(difficulty, abs=0.5)
+    h = difficulty_at(paper_ruler(), reward)
     assert paper_ruler().score(reward, h) == pytest.approx(1)
 
 

@@ -149,8 +149,8 @@ C2 paper
   - FIRE_SOURCES = 8
   + FIRE_SOURCES = 7
 C3 game/observations
-  - _channels(cells, FLAMES, kind)[:] = burning
-  + _channels(cells, FLAMES, kind)[:] = burning[::-1]
+  - np.concatenate([kind == Kind.WALL, burning, ways_out])
+  + np.concatenate([kind == Kind.WALL, burning[::-1], ways_out])
 C4 game/observations
   - rank = np.where(up >= 0, up, floors - up)
   + rank = np.abs(up)
@@ -277,7 +277,7 @@ F8 beginning
 F9 evaluation/score
   - return h**2 / (k * α**2)
   + return h / (k * α**2)
-F10 evaluation/score
+F10 workshop/drawing/ruler
   - (max(β - y, 0.0) * k) ** 0.5 * α
   + (max(β - y, 0.0) * k) * α
 F12 workshop/comparing/results

@@ -9,7 +9,7 @@ import torch
 from torch.distributions import Independent, MixtureSameFamily
 
 from reference.fire import burnable
-from reference.game.codec import decided
+from reference.game.codec import Moment, decided
 from reference.game.observations import fire_vector
 from reference.learning.networks import REFUSED
 from reference.navigation import navigation_of
@@ -107,7 +107,7 @@ def test_the_fires_anchors_stand_beside_all_ways_and_can_burn(name):
     fire = preset("laptop").fire.codec("fire", building, scenario)
     assert len(fire.anchors) == len(building.landmarks)
     for anchor, mark in zip(fire.anchors, building.landmarks, strict=True):
-        floor, x, y = decided(fire.actions(anchor, np.zeros(1)))
+        floor, x, y = decided(fire.actions(anchor, []))
         assert floor == mark.floor
         assert np.hypot(*np.subtract((x, y), mark.position)) < 8
         assert burnable(building).ravel()[navigation_of(building).place(floor, x, y)]
@@ -125,7 +125,8 @@ def test_where_a_fire_burns_none_is_lit_again():
 
     def allowed():
         vectors = fire_vector(world, scenario)[None]
-        return fire.read(vectors, np.zeros((0, 2)))[0, 3 * K : 4 * K]
+        moment = Moment(vectors, np.ones(1, dtype=bool), world)
+        return fire.read([moment])[0, 0, 3 * K : 4 * K]
 
     assert allowed().all()
     world.flames.sources.append(FireLit(0.0, int(storey), float(x), float(y)))

@@ -9,17 +9,20 @@ from movies import shipped, stage, wait
 from reference.building import Kind
 from reference.fire import RandomFire, burnable
 from reference.game.codec import decided
-from reference.game.observations import (
-    robot_destinations,
-    robot_vectors,
-    to_normalised,
-    vector_layout,
-)
+from reference.game.observations import robot_vectors, vector_layout
 from reference.navigation import navigation_of
 from reference.paper import SIGHT_RANGE, Scenario
 from reference.robots import actual_target, said_on_the_way
 from reference.simulation import Simulation
-from reference.workshop.anchors.frame import ASTRAY, KEEP, UNIT, WAIT, nearness
+from reference.workshop.anchors.frame import (
+    ASTRAY,
+    KEEP,
+    UNIT,
+    WAIT,
+    nearness,
+    robot_destinations,
+    to_normalised,
+)
 from reference.workshop.anchors.settings import RobotsFrame
 from reference.workshop.strategies.fires import places_beside
 from reference.workshop.strategies.guides import Sweep
@@ -56,7 +59,7 @@ def seen(sim, masks=False, going=None):
     aims = robot_destinations(sim.world)
     if going is not None:
         aims[:] = to_normalised(sim.building, np.array(going))
-    found = frame.read(robot_vectors(sim.world, sim.scenario), aims)
+    found = frame.numbers(robot_vectors(sim.world, sim.scenario), aims)
     assert np.isfinite(found).all() and found.shape[1] == frame.size
     return frame, found
 
@@ -104,8 +107,8 @@ def test_what_moves_together_looks_the_same_to_a_robot():
     for part in ("humans", "robots", "fires"):
         layout.read(moved, part)[..., 0] += 2
     nowhere = np.full((2, 2), np.nan)
-    one = frame.read(vectors, nowhere)
-    other = frame.read(moved, nowhere)
+    one = frame.numbers(vectors, nowhere)
+    other = frame.numbers(moved, nowhere)
     first = 3 * frame.anchors
     same = slice(first, first + (4 + 1 + 2) * WIDTH)  # people, a mate, fires
     assert np.allclose(one[:, same], other[:, same], atol=1e-6)
@@ -122,11 +125,11 @@ def test_a_destination_is_the_robot_s_place_and_ten_metres_for_each_unit():
     frame, _ = seen(sim)
     vectors = robot_vectors(sim.world, sim.scenario)[:1]
     robot = sim.world.robots[0]
-    said = frame.actions(np.array([[0.2, -0.1]]), vectors)
+    said = frame.metres(np.array([[0.2, -0.1]]), vectors)
     x, y = robot.position
     assert said[0] == pytest.approx((x + 2, y - 1), abs=1e-3)
     assert np.allclose(frame.raw(said, vectors), (0.2, -0.1), atol=1e-5)
-    far = frame.actions(np.array([[9.0, 9.0]]), vectors)
+    far = frame.metres(np.array([[9.0, 9.0]]), vectors)
     assert far.tolist() == [list(sim.building.body[2:])]
     assert np.isnan(frame.raw(np.full((1, 2), np.nan), vectors)).all()
 
@@ -140,7 +143,7 @@ def test_to_keep_is_to_decide_once_more_what_was_decided(name):
         frame, found = seen(sim)
         vectors = robot_vectors(sim.world, sim.scenario)
         places, allowed = anchors(frame, found)
-        said = frame.actions(places[:, KEEP], vectors)
+        said = frame.metres(places[:, KEEP], vectors)
         for k, robot in enumerate(sim.world.robots):
             if not robot.active:
                 continue

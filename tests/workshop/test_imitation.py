@@ -11,17 +11,13 @@ from trainings import TINY, begun, tiny
 from reference.building import building_of
 from reference.fire import RandomFire
 from reference.game.codec import Moment
-from reference.game.observations import (
-    from_normalised,
-    robot_destinations,
-    robot_vectors,
-)
+from reference.game.observations import from_normalised, robot_vectors
 from reference.learning.adversarial import player_of
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.players import LearnedNetwork
 from reference.learning.rollouts import play
 from reference.simulation import Simulation
-from reference.workshop.anchors.frame import KEEP, UNIT, WAIT
+from reference.workshop.anchors.frame import KEEP, UNIT, WAIT, robot_destinations
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.imitation import Demonstration
 
@@ -126,7 +122,7 @@ def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     assert under_way.any()
     nothing_new = np.full((len(moment.alive), 2), np.nan, dtype=np.float32)
     told = teacher._recorded(moment, nothing_new)
-    (seen,) = teacher.read([moment])
+    (seen,) = teacher.codec.read([moment])
     K = teacher.codec.anchors
     anchors = seen[:, : 2 * K].reshape(-1, K, 2)
     keep = anchors[:, KEEP]

@@ -6,14 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reference.floorplan import to_text
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.rollouts import Job, play
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import set_up_match
 from reference.workshop.lockstep import advance_in_lockstep, run_in_lockstep
-from reference.workshop.maps import load
+from reference.workshop.maps import load, to_text
 from reference.workshop.strategies import SCRIPTS
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.worst_case import WorstCase

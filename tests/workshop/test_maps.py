@@ -17,8 +17,13 @@ from drawings import HOUSE
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reference.floorplan import to_text
-from reference.workshop.maps import MistakesError, find_map, parse_map, read_map
+from reference.workshop.maps import (
+    MistakesError,
+    find_map,
+    parse_map,
+    read_map,
+    to_text,
+)
 from reference.workshop.maps.mistakes import MISTAKE_TEXTS
 from reference.workshop.storage.files import message_of
 

@@ -186,3 +186,46 @@ def test_a_picture_is_a_frame_of_the_film():
     environment.reset(seed=1)
     assert np.array_equal(environment.render(), before)
     assert before.dtype == np.uint8 and before.shape[1:] == (1100, 3)
+
+
+# -- Mistakes -----------------------------------------------------------------------
+
+
+def idle(environment):
+    """Actions that change nothing: robots keep their destinations."""
+    nothing = {agent: np.full(2, np.nan) for agent in environment.agents}
+    return nothing | {FIRE: np.zeros(3)}
+
+
+def test_refuses_a_step_before_the_first_reset_and_a_negative_seed():
+    """And says what to do."""
+    with pytest.raises(RuntimeError, match=r"call reset\(\)"):
+        made().step({})
+    with pytest.raises(ValueError, match="non-negative"):
+        made().reset(seed=-1)
+
+
+@pytest.mark.parametrize(
+    "action",
+    [[0.0], [0.0, 0.0, 0.0], [[0.0, 0.0]], 1.0, "east", None, [np.nan, 0], [np.inf, 0]],
+)
+def test_refuses_an_action_that_is_none_by_the_name_of_the_agent(action):
+    """Too few numbers, too many, no numbers; and the fire has no old one to keep."""
+    environment = made()
+    environment.reset(seed=1)
+    with pytest.raises(ValueError, match="robot_2: an action is 2 numbers"):
+        environment.step(idle(environment) | {"robot_2": action})
+    with pytest.raises(ValueError, match="fire_0: an action is 3 numbers"):
+        environment.step(idle(environment) | {FIRE: np.full(3, np.nan)})
+
+
+def test_refuses_a_missing_action_by_the_name_of_the_agent():
+    """Nothing has happened then, and the step can be taken again."""
+    environment = made()
+    environment.reset(seed=1)
+    actions = idle(environment)
+    del actions["robot_3"]
+    with pytest.raises(ValueError, match="robot_3 is still there, but has no action"):
+        environment.step(actions)
+    inside = environment.environment
+    assert inside.decision == 0 and inside.simulation.ticks == 0

@@ -14,7 +14,7 @@ observation [C1], the map, and where robots are headed.
 import numpy as np
 
 from reference import paper
-from reference.building import lengths
+from reference.building import Building, lengths
 from reference.game.codec import PolicyCodec
 from reference.game.observations import from_normalised
 from reference.workshop.strategies.observed import (
@@ -24,7 +24,7 @@ from reference.workshop.strategies.observed import (
     known_map_of,
     metres_between,
 )
-from reference.world import NOBODY
+from reference.world import NOBODY, World
 
 UNIT = 10.0  # [C5, chosen] metres of one unit of an action
 HALFWAY = 5.0  # [C4, chosen] metres on foot that are half as near as none
@@ -34,6 +34,29 @@ ASTRAY = 8.0  # [C5, chosen] metres: hardly anybody goes farther between decisio
 KEEP = 0
 WAIT = 1
 """The first anchors: where a robot is headed, and where it stands."""
+
+
+def to_normalised(building: Building, metres: np.ndarray) -> np.ndarray:
+    """Convert metres (..., 2) so that the main body is [-1, 1] x [-1, 1]."""
+    low, high = np.reshape(building.body, (2, 2))
+    return (metres - (low + high) / 2) / ((high - low) / 2)
+
+
+def in_body(building: Building, metres: np.ndarray) -> np.ndarray:
+    """Clip metres (..., 2) to the main body."""
+    low, high = np.reshape(building.body, (2, 2))
+    return metres.clip(low, high)
+
+
+def robot_destinations(world: World) -> np.ndarray:
+    """Find where robots under way go to: (R, 2) float32 normalised, else nan.
+
+    The actual target of their last decision (Eq. 1), clipped to the main body: deciding
+    it again changes nothing.
+    """
+    spots = [r.destination if r.way else (np.nan, np.nan) for r in world.robots]
+    metres = np.array(spots, dtype=np.float64).reshape(-1, 2)
+    return to_normalised(world.building, metres).clip(-1, 1).astype(np.float32)
 
 
 class RobotView:
@@ -52,7 +75,7 @@ class RobotView:
     def __init__(
         self, codec: PolicyCodec, vectors: np.ndarray, headed: np.ndarray, masks: bool
     ):
-        """vectors (B, V) and headed (B, 2): observed, as `PolicyCodec.read` takes them.
+        """vectors (B, V): observed; headed (B, 2): see `robot_destinations`.
 
         masks: forbid what helps nobody, see `helpful`.
         """

@@ -12,6 +12,7 @@ The trainers compute what ML-Agents computes; settings with anchors give them an
     C    numbers it emits, in units of UNIT metres: x and y; the fire's storey first
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Annotated
@@ -19,17 +20,29 @@ from typing import Annotated
 import numpy as np
 
 from reference.building import Building, lengths
-from reference.game.codec import AXES, PolicyCodec, Sizes
+from reference.game.codec import AXES, Moment, PolicyCodec, Sizes
 from reference.game.environment import DECIMALS
-from reference.game.observations import (
-    grid_shape,
-    in_body,
+from reference.game.observations import grid_shape
+from reference.learning.settings import (
+    ATTENTION_HEADS,
+    REWARD_SCALE,
+    Side,
+    TrainerSettings,
 )
-from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
 from reference.navigation import navigation_of
 from reference.paper import InputError, Scenario
-from reference.workshop.anchors.frame import UNIT, RobotView
-from reference.workshop.storage.records import SettingsError, check_rows
+from reference.workshop.anchors.frame import (
+    UNIT,
+    RobotView,
+    in_body,
+    robot_destinations,
+)
+from reference.workshop.storage.records import (
+    ABOVE_0,
+    Row,
+    SettingsError,
+    check_rows,
+)
 from reference.workshop.strategies.fires import places_beside
 
 LIT = 2.0
@@ -38,10 +51,20 @@ LIT = 2.0
 
 # -- Settings -----------------------------------------------------------------------
 
+HYPER = ("hyperparameters",)
+NETWORK = ("network_settings",)
+REWARD = ("reward_signals", "extrinsic")
+
+Share = Annotated[float, Row(HYPER, low=0, high=1)]
+Schedule = Annotated[str, Row(HYPER, ("linear", "constant"))]
+
 
 @dataclass(frozen=True)
 class SideSettings(TrainerSettings):
     """A table with rows for anchors; all are off in Tables I and II [C5, C7, chosen].
+
+    Rows of the tables stand here again with their sections in ML-Agents' files and
+    the values that they may have, where a whole number from 1 is not what is wanted.
 
     head        which codec and which head policies have: see this module
     spread      metres, standard deviation of a mixture around each anchor
@@ -52,6 +75,25 @@ class SideSettings(TrainerSettings):
                 would turn round before it arrives anywhere
     masks       a mixture may not choose anchors that help nobody, see `frame`
     """
+
+    trainer_type: Annotated[str, Row((), ("poca", "ppo"))]
+    batch_size: Annotated[int, Row(HYPER)]
+    buffer_size: Annotated[int, Row(HYPER)]
+    learning_rate: Annotated[float, Row(HYPER, low=ABOVE_0, high=1)]
+    learning_rate_schedule: Schedule
+    beta: Share
+    beta_schedule: Schedule
+    epsilon: Annotated[float, Row(HYPER, low=ABOVE_0, high=1)]
+    epsilon_schedule: Schedule
+    lambd: Share
+    num_epoch: Annotated[int, Row(HYPER)]
+    vis_encode_type: Annotated[str, Row(NETWORK, ("simple",))]
+    normalize: Annotated[bool, Row(NETWORK)]
+    hidden_units: Annotated[int, Row(NETWORK, high=2**13)]
+    num_layers: Annotated[int, Row(NETWORK, high=2**5)]
+    gamma: Annotated[float, Row(REWARD, low=0, high=1)]
+    strength: Annotated[float, Row(REWARD, low=0)]
+    reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
 
     head: Annotated[str, Row(None, ("floor", "mixture"))] = "floor"
     spread: Annotated[float, Row(None, low=0.01)] = 0.4
@@ -115,18 +157,29 @@ class RobotsFrame(PolicyCodec):
             head=partial(MixtureHead, (self.anchors, AXES), s.spread, s.commitment),
         )
 
-    def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
-        """(N, V) float32, what robots see in their frames."""
+    def read(self, moments: Sequence[Moment]) -> np.ndarray:
+        """(S, G, V) float32, what robots see in their frames; all moments at once."""
+        vectors = np.concatenate([moment.vectors for moment in moments])
+        headed = [robot_destinations(moment.world) for moment in moments]
+        seen = self.numbers(vectors, np.concatenate(headed))
+        return seen.reshape(len(moments), -1, self.size)
+
+    def numbers(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
+        """(N, V) float32, what robots that observe vectors see, headed to (N, 2)."""
         return self._view(vectors, headed).numbers()
 
-    def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """Metres (..., 2) of units around the robots (..., 2), with DECIMALS."""
+    def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
+        """Metres (S, G, 2) of units around the robots (S, G, 2), with DECIMALS."""
+        return self.metres(raw, np.stack([moment.vectors for moment in moments]))
+
+    def metres(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """Metres (..., 2) of units around the robots that observe vectors."""
         metres = self._own(vectors) + UNIT * raw.astype(np.float64)
         return in_body(self.building, metres).round(DECIMALS)
 
-    def raw(self, actions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-        """Invert `actions`; nan stays nan."""
-        return ((actions - self._own(vectors)) / UNIT).astype(np.float32)
+    def raw(self, metres: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """Invert `metres`; nan stays nan."""
+        return ((metres - self._own(vectors)) / UNIT).astype(np.float32)
 
     def _own(self, vectors: np.ndarray) -> np.ndarray:
         return self.layout.read(vectors, "robots")[..., 0, :2].astype(np.float64)
@@ -134,7 +187,7 @@ class RobotsFrame(PolicyCodec):
     def off_anchors(self, raw: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """(N,) metres from raw actions (N, 2) to the nearest anchor that is allowed.
 
-        seen: (N, V), what `read` returned.
+        seen: (N, V), what `numbers` returned.
         """
         K = self.anchors
         anchors = seen[:, : 2 * K].reshape(-1, K, 2)
@@ -171,19 +224,20 @@ class MixtureOfFire(PolicyCodec):
             head=partial(MixtureHead, (K, C), self.settings.spread, 0.0),
         )
 
-    def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
-        """(N, V) float32: anchors, which may be chosen, and what the paper's reads."""
-        sources = self.layout.read(vectors, "fires")[:, None]  # (N, 1, F, 3)
+    def read(self, moments: Sequence[Moment]) -> np.ndarray:
+        """(S, 1, V) float32: anchors, which may be chosen, what the paper's reads."""
+        vectors = np.stack([moment.vectors for moment in moments])
+        sources = self.layout.read(vectors, "fires")[..., None, :, :]  # (S, 1, 1, F, 3)
         off = self.anchors[:, None, 1:] * UNIT - sources[..., :2]
         near = lengths(off) < LIT
         lit = (near & (sources[..., 2] == self.anchors[:, None, 0])).any(axis=-1)
         # Where all are lit, all may be chosen: a mixture needs one.
         allowed = ~lit | lit.all(axis=-1, keepdims=True)
-        anchors = np.tile(self.anchors.ravel(), (len(vectors), 1))
-        parts = [anchors, allowed, super().read(vectors, headed)]
-        return np.concatenate(parts, axis=1, dtype=np.float32)
+        anchors = np.tile(self.anchors.ravel(), (len(vectors), 1, 1))
+        parts = [anchors, allowed, super().read(moments)]
+        return np.concatenate(parts, axis=-1, dtype=np.float32)
 
-    def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
         """Floor and metres (..., 3) of storey and place (..., 3)."""
         floor = raw[..., :1].round().clip(0, self.building.floors - 1)
         metres = in_body(self.building, UNIT * raw[..., 1:].astype(np.float64))

@@ -33,13 +33,13 @@ from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
-from reference.building import plan_of
-from reference.learning.settings import SIDES, Row, Side
+from reference.learning.settings import SIDES, Side
 from reference.workshop.comparing.matches import DEFAULT_EPISODES, Arena, Evaluation
 from reference.workshop.comparing.named import WORST, strategy_of
-from reference.workshop.maps import load
+from reference.workshop.maps import load, plan_of
 from reference.workshop.storage.files import errors_naming, read_text
 from reference.workshop.storage.records import (
+    Row,
     SettingsError,
     check_rows,
     checked_mapping,

@@ -17,13 +17,13 @@ from typing import Any
 
 import reference
 from reference import paper
-from reference.building import Building, building_of, plan_of
+from reference.building import Building, building_of
 from reference.floorplan import Drawing
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import meaning_of, set_up_match, strategy_named
-from reference.workshop.maps import drawing_now, load
+from reference.workshop.maps import drawing_now, load, plan_of
 from reference.workshop.storage.files import errors_naming, read_json, write_json
 from reference.workshop.storage.records import checked_value, record_from
 from reference.workshop.storage.runs import (

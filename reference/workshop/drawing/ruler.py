@@ -25,6 +25,15 @@ MARKERS = "oDs^vPX<>*hp"
 LEVELS = (0, 0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2)
 
 
+def difficulty_at(ruler: Ruler, reward: float) -> float:
+    """Invert Eq. 8: the h with which this reward scores 1, at least 0 [F10]."""
+    y = ruler.reward_part(reward)
+    k = ruler.k
+    α = ruler.alpha
+    β = ruler.beta
+    return (max(β - y, 0.0) * k) ** 0.5 * α
+
+
 def curve(ruler: Ruler | None = None, best_reward: float = BEST_REWARD) -> Figure:
     """Draw y over R, with both critical points and the slopes there.
 
@@ -90,7 +99,7 @@ def contours(
     right = max([one, *rewards])
     room = 0.05 * (right - left)
     wide = np.linspace(left - room, right + room, 200)
-    top = max([ruler.difficulty_at(wide[0]), *hard])
+    top = max([difficulty_at(ruler, wide[0]), *hard])
     high = np.linspace(0, 1.05 * top, 200)
     E = ruler.score(*np.meshgrid(wide, high))
     shades = axes.contourf(wide, high, E, LEVELS, cmap="BrBG", alpha=0.6, extend="max")

@@ -6,6 +6,7 @@ line, a caret and one thing to do. Read on in `mistakes` (what one looks like), 
 (how a drawing is written) and `semantics` (what is drawn).
 """
 
+import copyreg
 import re
 from collections.abc import Iterable
 from itertools import islice
@@ -14,8 +15,10 @@ from pathlib import Path
 
 import reference
 from reference import floorplan, former_names
-from reference.building import Building, build
+from reference.building import Building, build, building_of
 from reference.floorplan import Drawing
+from reference.navigation import Navigation, navigation_of
+from reference.rays import Sight, sight_of
 from reference.workshop.maps import semantics, syntax
 from reference.workshop.maps.mistakes import MOST_MISTAKES, Mistake, MistakesError
 from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS, Line
@@ -64,7 +67,7 @@ def parse_map(text: str, path: str = "<text>") -> Drawing:
     page = syntax.Page(lines)
     for mistakes in syntax.syntax_stages(page):
         _refuse(mistakes, path)
-    drawing = floorplan.parse(text, path)
+    drawing = floorplan.parse(text)
     for mistakes in semantics.semantic_stages(drawing, page):
         _refuse(mistakes, path)
     return drawing
@@ -105,6 +108,28 @@ def shipped_floors() -> dict[str, Path]:
     package = Path(reference.__file__).parent
     files = [*package.glob("floors/*.txt"), *package.parent.glob("floors/*.txt")]
     return {file.stem: file for file in sorted(files)}
+
+
+def to_text(drawing: Drawing) -> str:
+    """Write a drawing as text: `parse_map(to_text(drawing)) == drawing`."""
+    text = [
+        f"building: {drawing.title}",
+        f"size:     {drawing.width} x {drawing.height}",
+    ]
+    for number, storey in enumerate(drawing.storeys, 1):
+        text += ["", f"floor {number}: {storey.name}", *storey.rows]
+    return "".join(f"{line.rstrip()}\n" for line in text)
+
+
+def plan_of(building: Building) -> str:
+    """Write a building as the text of its floor file."""
+    return to_text(building.drawing)
+
+
+# Copies, and what travels between processes, are what is kept for the same text.
+copyreg.pickle(Building, lambda b: (building_of, (plan_of(b),)))
+copyreg.pickle(Navigation, lambda nav: (navigation_of, (nav.building,)))
+copyreg.pickle(Sight, lambda sight: (sight_of, (sight.building, sight.reach)))
 
 
 __getattr__ = former_names(__name__, {"parse": "parse_map"})

@@ -15,7 +15,7 @@ from typing import Any
 from tqdm import tqdm
 
 from reference import paper
-from reference.building import Building, plan_of
+from reference.building import Building
 from reference.fire import RandomFire
 from reference.learning.experience import Trajectory
 from reference.learning.ppo import Learner
@@ -24,7 +24,7 @@ from reference.learning.settings import SIDES, Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.lockstep import advance_in_lockstep
-from reference.workshop.maps import find_map, read_map
+from reference.workshop.maps import find_map, plan_of, read_map
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.checkpoints import Task

@@ -133,9 +133,8 @@ def speed_in_ring(density: float, seed: int) -> float:
         at = again[near]
         floor = np.zeros(len(near), int)
         ahead = at + np.array([40.0, 0.0])
-        pairs = motion.neighbours(at, floor, pace[near % n], tick)
-        turns = motion.turns(rng)
-        moved = motion.step(at, ahead, pace[near % n], tick, inside, pairs, turns)[:n]
+        paces = pace[near % n]
+        moved = motion.step(at, floor, ahead, paces, tick, inside, rng)[:n]
         walked.append((moved - position)[:, 0].mean() / tick)
         position = moved % [length, inf]
     return float(np.mean(walked[50:]))

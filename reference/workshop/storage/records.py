@@ -10,9 +10,8 @@ from dataclasses import fields, is_dataclass
 from difflib import get_close_matches
 from inspect import getdoc, signature
 from types import NoneType
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
-from reference.learning.settings import ABOVE_0, Row
 from reference.paper import InputError
 from reference.workshop.storage.files import LARGEST_NUMBER
 
@@ -86,6 +85,19 @@ def checked_mapping(value: Any, where: str) -> dict[str, Any]:
 
 
 # -- Rows ---------------------------------------------------------------------------
+
+ABOVE_0 = math.ulp(0.0)  # the smallest number above 0
+
+
+class Row(NamedTuple):
+    """Allowed values of a setting: one of the choices, or a number from low to high."""
+
+    section: tuple[str, ...] | None = ()  # in ML-Agents' files; (): top; None: ours
+    choices: tuple[str, ...] = ()
+    low: float = 1
+    high: float = math.inf
+    kind: Any = None
+
 
 TYPE_WORDS = {
     int: "a whole number",

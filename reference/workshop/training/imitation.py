@@ -17,19 +17,18 @@ import torch
 
 from reference.building import Building
 from reference.game.codec import RAW_LIMIT, Moment
-from reference.game.observations import (
-    from_normalised,
-    grid,
-    in_body,
-    robot_destinations,
-    to_normalised,
-)
+from reference.game.observations import from_normalised, grid
 from reference.learning.experience import Decisions, Record, Trajectory, decisions_of
 from reference.learning.players import LearnedNetwork, Player
 from reference.learning.ppo import Learner
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import RobotStrategy, actual_target
+from reference.workshop.anchors.frame import (
+    in_body,
+    robot_destinations,
+    to_normalised,
+)
 from reference.workshop.anchors.settings import RobotsFrame
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import GROUP_RADIUS
@@ -102,7 +101,7 @@ class _Teacher(Player):
         if it has none. What the head cannot express is left out, `alive` False: for a
         mixture what is near no anchor, for a Gaussian to keep a destination.
         """
-        (seen,) = self.read([moment])
+        (seen,) = self.codec.read([moment])
         kept = np.isnan(wanted).any(axis=1)
         building = self.codec.building
         old = from_normalised(building, robot_destinations(moment.world).astype(float))

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from reference import paper
-from reference.learning.settings import Row
 from reference.paper import Scenario
 from reference.workshop.anchors.settings import SideSettings
 from reference.workshop.storage.records import (
+    Row,
     SettingsError,
     check_rows,
     checked_mapping,

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from reference.building import building_of, plan_of
+from reference.building import building_of
 from reference.learning.players import LearnedNetwork
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
@@ -63,7 +63,7 @@ def begin_training(asked: Namespace) -> Training:
 
     task = Task(
         building=name,
-        plan=plan_of(building),
+        plan=maps.plan_of(building),
         settings=settings,
         seed=asked.seed or 0,
         fixed=fixed,
