@@ -279,7 +279,7 @@ def everybody_knows(seed: int) -> Measured:
     for count in (100, 200, 400):
         scenario = Scenario(people=count, robots_per_floor=0)
         world = starting_world(load("paper"), scenario, np.random.default_rng(seed))
-        crowd = Crowd(world, seed, limit=Scenario.time_limit)
+        crowd = Crowd(world, seed, limit=Scenario().time_limit)
         numbers[f"{count}"] = 100 * crowd.run().evacuated / count
     return all_between(numbers, 100, 100)
 
