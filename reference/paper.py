@@ -1,7 +1,5 @@
 """The numbers of the paper's appendix, stated, derived or ours, with their clauses.
 
-Clauses: A1, A3, A5, A7, A9, B1, B2, B4-B8, C1-C3, C5-C7, D2, D6, D7, E1, E2, E4, E5,
-F1, F2, F4-F10.
 Stated numbers carry only their clause; chosen ones and deviations say why they are
 what they are.
 """
