@@ -89,3 +89,70 @@ def lines_of_results() -> list[str]:
 def test_a_row_of_a_table_is_that_of_the_kept_table(text, line):
     """Figure by figure, in README rounded to whole per cent."""
     assert line in {"README": README, "RESULTS": RESULTS}[text].splitlines()
+
+
+def words(text: str) -> str:
+    """A text on one line, so that its lines may break anywhere."""
+    return " ".join(text.split())
+
+
+def claims() -> list[tuple[str, str]]:
+    """Sentences and rows with figures of the contest, as the kept table has them."""
+    guidance = [-figure("none", fire, "gain") for fire in SCRIPTED]
+    hardest = min(max(figure(who, fire) for who in GUIDES) for fire in SCRIPTED)
+    harm = figure("escort", "fixed") - figure("escort", "busiest")
+    calm = CELLS["escort", "none"]
+    guarding = figure("guard", "fixed", "gain")
+    return [
+        (
+            "README",
+            f"under `fixed` it saves {guarding:.1f} points more "
+            "than `escort`. Its copies, which ship as `learned`, save "
+            f"{figure('learned', 'fixed', 'gain'):.1f} more there, but "
+            f"{-figure('learned', 'busiest', 'gain'):.1f} less under `busiest` and "
+            f"{-figure('learned', 'closer', 'gain'):.1f} less under `closer`.",
+        ),
+        ("RESULTS", f"hardest scripted fire | {hardest:.1f} (`escort`, `busiest`) |"),
+        (
+            "RESULTS",
+            "20 points under every fire | "
+            f"{min(guidance):.1f} to {max(guidance):.1f} |",
+        ),
+        ("RESULTS", f"to the best guide than `fixed` | {harm:.1f} |"),
+        ("RESULTS", f"10 points against `fixed` | {gain('guard', 'fixed')} |"),
+        ("RESULTS", f"95 % without fire | {figure('sweep', 'none'):.1f} |"),
+        (
+            "RESULTS",
+            f"has E = {calm['score']['mean']:.2f}, since its baseline is another "
+            "building's; on the ruler that `escort` calibrates over these fires it has "
+            f"{calm['score_on_baseline']['mean']:.2f} there and "
+            f"{CELLS['escort', 'busiest']['score_on_baseline']['mean']:.2f} under "
+            "`busiest`.",
+        ),
+        (
+            "RESULTS",
+            f"Under `fixed` it saves {guarding:.1f} points more "
+            f"than `escort`, under `closer` {-figure('guard', 'closer', 'gain'):.1f} "
+            "less",
+        ),
+        (
+            "RESULTS",
+            f"leaves {figure('none', 'learned'):.1f} % of people without guides alive",
+        ),
+    ]
+
+
+@pytest.mark.parametrize(("text", "claim"), claims())
+def test_a_sentence_says_what_the_kept_table_says(text, claim):
+    """Whoever measures anew is told which sentences to write anew."""
+    assert claim in words({"README": README, "RESULTS": RESULTS}[text])
+
+
+def test_the_contest_is_right():
+    """What had to hold, said before looking."""
+    best = max(figure(who, "busiest") for who in GUIDES if who != "learned")
+    assert 55 <= best <= 75
+    assert all(-figure("none", fire, "gain") >= 20 for fire in SCRIPTED)
+    assert figure("escort", "fixed") - figure("escort", "busiest") >= 8
+    assert figure("guard", "fixed", "gain") >= 10
+    assert figure("sweep", "none") >= 95
