@@ -459,7 +459,7 @@ def test_bench_measures_the_world_both_learners_and_rollouts(capsys, monkeypatch
     monkeypatch.setattr(
         bench, "crowd_cases", lambda: {"9": (9, 2.0), "too many": (10**5, 1.0)}
     )
-    for name in ("RUNS", "BATCHES"):
+    for name in ("REPEATS", "BATCHES"):
         monkeypatch.setattr(bench, name, 1)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert main(["bench", "--building", "tiny", "--json"]) == 0
