@@ -214,7 +214,7 @@ ambushed = saved(scripted(Ambush()))
 print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 #> ambush: 156 of 192 get out
 
-# The rule that comes to mind first does hardly more harm than chance: near the exit
+# The rule that comes to mind first does about as much harm as chance: near the exit
 # nothing burns [D7], and `sweep` sees the flames. The network was told nothing but its
 # reward, and found places that do more harm. In the paper it trains for much longer,
 # and the robots learn too: each side has to answer the other.

@@ -1,8 +1,8 @@
 """Exercise 13: a guard who is told the place. It takes 4 seconds.
 
-At the mouth the guard saves everybody, and against a fire at the door it loses nothing.
-In the tutorial robots that learned came nearer to it without being told: the fire has
-shown them the place.
+At the mouth the guard saves everybody. Against a fire at the door it loses hardly
+anybody: one person here, ten of 864 in 72 other evenings. In the tutorial robots that
+learned came nearer to it without being told: the fire has shown them the place.
 """
 
 from reference import Scenario, Simulation
