@@ -109,15 +109,15 @@ for cell in cells(results, of_paper):
     h = cell.difficulty.mean
     E = cell.score.mean
     print(f"{cell.robots:6} {cell.fire:6} R {R:6.0f}  h {h:4.0f}  E {E:.3f}")
-#> none   none   R   2044  h    0  E 0.009
-#> none   random R    859  h 1248  E 0.111
-#> none   greedy R    760  h 1214  E 0.105
-#> patrol none   R   1971  h    0  E 0.009
-#> patrol random R   1426  h 1248  E 0.112
-#> patrol greedy R   1281  h 1321  E 0.124
-#> sweep  none   R   2176  h    0  E 0.009
-#> sweep  random R   1872  h 1243  E 0.112
-#> sweep  greedy R   1907  h 1400  E 0.140
+#> none   none   R   2041  h    0  E 0.009
+#> none   random R    818  h 1248  E 0.111
+#> none   greedy R    733  h 1219  E 0.106
+#> patrol none   R   2116  h    0  E 0.009
+#> patrol random R   1560  h 1248  E 0.112
+#> patrol greedy R   1306  h 1367  E 0.133
+#> sweep  none   R   2175  h    0  E 0.009
+#> sweep  random R   1905  h 1243  E 0.112
+#> sweep  greedy R   1813  h 1360  E 0.133
 
 # %% The ruler does not fit
 # The paper's ruler is made for rewards up to 14000, of forty people on the third floor.
@@ -135,16 +135,16 @@ for cell in cells(results, ruler):
     score, low, high = cell.score
     print(f"{cell.robots:6} {cell.fire:6} E {score:.2f} [{low:.2f}, {high:.2f}]")
 #> critical points: ((-3600.0, 0.1), (2300.0, 1000.0))
-#> b = 4.764, k = 0.00643, beta = 808
+#> b = 4.764, k = 0.00588, beta = 803
 #> none   none   E 0.83 [0.80, 0.87]
-#> none   random E 0.43 [0.38, 0.52]
-#> none   greedy E 0.40 [0.32, 0.49]
-#> patrol none   E 0.74 [0.54, 0.96]
-#> patrol random E 0.62 [0.50, 0.76]
-#> patrol greedy E 0.59 [0.46, 0.75]
-#> sweep  none   E 1.02 [1.00, 1.04]
-#> sweep  random E 0.93 [0.68, 1.18]
-#> sweep  greedy E 1.05 [0.93, 1.18]
+#> none   random E 0.45 [0.39, 0.55]
+#> none   greedy E 0.42 [0.34, 0.52]
+#> patrol none   E 0.93 [0.85, 1.00]
+#> patrol random E 0.72 [0.60, 0.87]
+#> patrol greedy E 0.66 [0.56, 0.79]
+#> sweep  none   E 1.03 [1.00, 1.05]
+#> sweep  random E 1.00 [0.77, 1.23]
+#> sweep  greedy E 0.97 [0.77, 1.20]
 
 # %% The picture
 # Each point is a pair of robots and fire. On the bold line E is 1, as for the baseline.

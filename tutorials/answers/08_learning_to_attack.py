@@ -62,7 +62,7 @@ for name, plan in PLANS.items():
         run_in_lockstep(runs)
         out = sum(run.outcome().evacuated for run in runs)
         print(f"{name}, {type(fire).__name__}: {out} of 192 get out")
-#> one exit, RandomFire: 159 of 192 get out
-#> one exit, Ambush: 157 of 192 get out
+#> one exit, RandomFire: 155 of 192 get out
+#> one exit, Ambush: 156 of 192 get out
 #> two exits, RandomFire: 190 of 192 get out
-#> two exits, Ambush: 190 of 192 get out
+#> two exits, Ambush: 189 of 192 get out

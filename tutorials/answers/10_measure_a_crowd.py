@@ -24,7 +24,7 @@ for people in (25, 50, 100, 140):
     middle = times[tenth : len(times) - tenth]
     flow = (len(middle) - 1) / (middle[-1] - middle[0]) / exit_2.width
     print(f"{people:3} people: {flow:.2f} people per second and metre")
-#>  25 people: 1.14 people per second and metre
-#>  50 people: 1.37 people per second and metre
-#> 100 people: 1.28 people per second and metre
-#> 140 people: 1.31 people per second and metre
+#>  25 people: 1.19 people per second and metre
+#>  50 people: 1.30 people per second and metre
+#> 100 people: 1.30 people per second and metre
+#> 140 people: 1.27 people per second and metre

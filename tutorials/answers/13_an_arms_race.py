@@ -1,8 +1,8 @@
 """Exercise 13: a guard who is told the place. It takes 4 seconds.
 
-At the mouth the guard saves everybody, and against a fire at the door it loses nothing.
-In the tutorial robots that learned came nearer to it without being told: the fire has
-shown them the place.
+At the mouth the guard saves everybody. Against a fire at the door it loses hardly
+anybody: one person here, ten of 864 in 72 other evenings. In the tutorial robots that
+learned came nearer to it without being told: the fire has shown them the place.
 """
 
 from reference import Scenario, Simulation
@@ -42,7 +42,7 @@ for name, place in {"mouth": MOUTH, "door": DOOR}.items():
         run_in_lockstep(runs)
         out = sum(run.outcome().evacuated for run in runs)
         print(f"{name}, {type(guides).__name__}: {out} of 288 get out")
-#> mouth, Escort: 238 of 288 get out
+#> mouth, Escort: 235 of 288 get out
 #> mouth, Guard: 288 of 288 get out
-#> door, Escort: 267 of 288 get out
-#> door, Guard: 267 of 288 get out
+#> door, Escort: 275 of 288 get out
+#> door, Guard: 274 of 288 get out
