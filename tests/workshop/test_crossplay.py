@@ -416,6 +416,14 @@ EDITS = {  # what is written: who says so
     "after the time limit": ({"simulated_seconds": 999.0}, "outside 0 to 240.2"),
     "before it began": ({"simulated_seconds": -1.0}, "outside 0 to"),
     "before the last was out": ({"simulated_seconds": 1.0}, "do not ascend"),
+    "after all were out": (
+        {"simulated_seconds": 200.0},
+        "simulated_seconds is 200, though all were out",
+    ),
+    "hurt without fire": (
+        {"fire": "none", "difficulty": 0.0, "mean_health": 50.0},
+        "mean_health is 50, outside",
+    ),
     "harder than all": (
         {"difficulty": 5000.0},
         "difficulty is 5000, outside 0 to 3853",

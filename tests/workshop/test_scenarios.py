@@ -1,6 +1,7 @@
 """--scenario KEY=VALUE, and files that keep the scenario and the paper's numbers."""
 
 import json
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -193,6 +194,15 @@ def test_a_policy_plays_under_what_it_can_read(run, capsys):
         assert (status, f"its robots learned with {own}" in message) == (1, True)
 
 
+def test_people_of_all_floors_are_as_many_as_people(capsys):
+    """Both may be stated, if they come to the same."""
+    floors = "people_per_floor=3,2"
+    status, message = refusal(capsys, *EVACUATE, "--scenario", "people=6", floors)
+    assert status == 1
+    assert "people is 6, people_per_floor comes to 5: leave one out" in message
+    assert main([*EVACUATE, "--scenario", "people=5", floors]) == 0
+
+
 def test_an_evaluation_keeps_its_scenario(capsys):
     """What is typed again may not differ."""
     assert main([*EVALUATE, "--scenario", "spread_rate=0.2", "rooms=1/hall"]) == 0
@@ -225,6 +235,20 @@ def test_an_evaluation_goes_on_with_the_numbers_it_began_with(capsys, monkeypatc
     edit("eval/evaluation.json", lambda content: content.pop("numbers"))
     monkeypatch.setattr(paper, "BURN_LOSS", 9.0)
     assert main([*AGAIN]) == 0  # nobody knows with which
+
+
+def test_code_of_your_own_may_change_numbers(monkeypatch):
+    """They are those of its evaluation, whoever has not imported it yet."""
+    monkeypatch.syspath_prepend(Path.cwd())
+    Path("changes.py").write_text(
+        "from reference import paper\n"
+        "from reference.workshop.strategies.guides import Sweep\n"
+        "paper.FIXED_PENALTY = 1000.0\n"
+    )
+    for words in ([*EVALUATE, "--robots", "changes:Sweep"], [*AGAIN, "--fire", "none"]):
+        monkeypatch.setattr(paper, "FIXED_PENALTY", 300.0)
+        sys.modules.pop("changes", None)
+        assert main(words) == 0
 
 
 def test_refuses_numbers_that_are_no_names_and_values(capsys):

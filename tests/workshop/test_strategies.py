@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from changing import BOARD
 from movies import body, mark, play, shipped, stage, wait
 
-from reference.building import Kind
+from reference import paper
+from reference.building import Kind, building_of
 from reference.fire import NoFire, RandomFire, burnable, cells_around_clearance
 from reference.paper import Scenario
 from reference.simulation import Simulation
@@ -30,7 +32,12 @@ from reference.workshop.strategies.guides import (
     nearest_way,
     unguided,
 )
-from reference.workshop.strategies.observed import before_stairwell
+from reference.workshop.strategies.observed import (
+    at_way_out,
+    before_stairwell,
+    keeps_destination,
+    known_map_of,
+)
 from reference.world import NOBODY, FireLit, FireRefused
 
 
@@ -41,6 +48,30 @@ def decided(robots, sim):
 
 
 # -- Guides -------------------------------------------------------------------------
+
+
+def known(title):
+    """What guides know of a building, which is the same under every title."""
+    building = building_of(BOARD.replace("Two floors", title))
+    robots = known_map_of(building)
+    return [
+        robots.outs.tolist(),
+        robots.feet.tolist(),
+        robots.rims.tolist(),
+        keeps_destination(building).tolist(),
+        before_stairwell(building, 1, 0),
+        [at_way_out(building, way) for way in building.landmarks],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("number", "value"), [("NEAR_STAIRWELL", 2.0), ("PROTECTED_METRES", 2.0)]
+)
+def test_guides_know_a_building_by_the_numbers_as_they_are(number, value, monkeypatch):
+    """What is kept of a building is not used under other numbers."""
+    before = repr(known("seen before"))
+    monkeypatch.setattr(paper, number, value)
+    assert repr(known("seen before")) == repr(known(f"new, {number}")) != before
 
 
 def test_patrolling_robots_go_from_room_to_way_out_to_room():

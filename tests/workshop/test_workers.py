@@ -10,6 +10,8 @@ from subprocess import DEVNULL, PIPE
 import pytest
 from processes import python
 
+from reference import paper
+from reference.rewards import group_reward
 from reference.workshop.storage.workers import (
     STOPS,
     InProcess,
@@ -17,6 +19,7 @@ from reference.workshop.storage.workers import (
     stop_delayed,
     workers,
 )
+from reference.world import Died
 
 
 def test_results_can_come_as_they_are_done():
@@ -31,6 +34,17 @@ def test_here_a_result_comes_before_the_next_job_begins():
     begun = []
     results = map_as_done(InProcess(), begun.append, ["first", "second"])
     assert (next(results), begun) == ((0, None), ["first"])
+
+
+def test_workers_hear_numbers_that_have_changed_here(monkeypatch):
+    """Also those that change between two lots of jobs, in the same process."""
+    deaths = [[Died(time=9.0, person=0, floor=0)]]
+    rewards = []
+    with workers(1) as pool:
+        for penalty in (1000.0, 7.0):
+            monkeypatch.setattr(paper, "FIXED_PENALTY", penalty)
+            rewards += [reward for _, reward in map_as_done(pool, group_reward, deaths)]
+    assert rewards == [-1000, -7]
 
 
 def test_a_stop_ends_a_job_in_this_process():

@@ -221,10 +221,11 @@ def _scenario_of(learned: Mapping[str, Any], stated: Collection[str]) -> Scenari
             common = own
         names = [name for name in differing(own, common) if name not in stated]
         if names:
+            words = " ".join(f"{name}=VALUE" for name in names)
             raise InputError(
                 f"{option}: learned under {in_words(own, names)}, {first} under "
                 f"{in_words(common, names)}, and a table is of one scenario. Evaluate "
-                "them apart."
+                f"them apart, or say which: --scenario {words}"
             )
     return common
 
@@ -314,10 +315,11 @@ def resume_evaluation(
         )
     content = read_json(path)
     refuse_version(path, content.pop("version", "unknown"), content.pop("game", 1))
-    refuse_numbers(path, content.pop("numbers", None))
+    numbers = content.pop("numbers", None)
     begun = record_from(Evaluation, content, str(path))
     with errors_naming(path):
         refuse_changed(begun.digests, with_digests(begun).digests)
+    refuse_numbers(path, numbers)  # after code of your own, which may change some
     files = _newest_checkpoints((*robots, *fires)) | dict(begun.files)
     robots = _without_repeats((*begun.robots, *robots))
     fires = _without_repeats((*begun.fires, *fires))

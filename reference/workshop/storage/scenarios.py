@@ -74,7 +74,14 @@ def with_stated(base: Scenario, stated: Mapping[str, Any], where: str) -> Scenar
     rows = {**vars(base), **stated}
     if "people" in stated and "people_per_floor" not in stated:
         rows["people_per_floor"] = None
-    return record_from(Scenario, rows, where)
+    made = record_from(Scenario, rows, where)
+    counts = made.people_per_floor
+    if "people" in stated and counts and sum(counts) != made.people:
+        raise SettingsError(
+            f"{where}: people is {made.people}, people_per_floor comes to "
+            f"{sum(counts)}: leave one out"
+        )
+    return made
 
 
 def kept_fields(scenario: Scenario, stated: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import os
 import pickle
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -30,6 +30,7 @@ from typing import Any, NoReturn, TypeVar
 from tqdm import tqdm
 
 import reference
+from reference import paper
 from reference.paper import InputError
 
 STOPS = [signal.SIGINT, signal.SIGTERM]  # end a command
@@ -120,20 +121,29 @@ def map_in_order(
 def map_as_done(
     executor: Executor, work: Callable[[Given], Result], jobs: Iterable[Given]
 ) -> Iterator[tuple[int, Result]]:
-    """Yield number and result of each job as it is done.
+    """Yield number and result of each job as it is done, under the numbers as here.
 
     Raises what the work raises, and BrokenExecutor for a worker that has died. Jobs
     that are not done by then are left to whoever ends the executor.
     """
     waiting: dict[Future[Result], int] = {}
     for number, job in enumerate(jobs):
-        future = executor.submit(work, job)
+        future = executor.submit(_under_numbers, paper.numbers(), work, job)
         waiting[future] = number
         if future.done():  # in this process
             yield waiting.pop(future), future.result()
     while waiting:
         for future in wait_for(waiting, STOP_CHECK_SECONDS, FIRST_COMPLETED).done:
             yield waiting.pop(future), future.result()
+
+
+def _under_numbers(
+    numbers: Mapping[str, Any], work: Callable[[Given], Result], job: Given
+) -> Result:
+    """Do a job under the paper's numbers of who asks; another process has its own."""
+    for name, number in numbers.items():
+        setattr(paper, name, number)
+    return work(job)
 
 
 class InProcess(Executor):

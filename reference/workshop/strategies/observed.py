@@ -6,10 +6,10 @@ hand-written robots and the robot's frame share them.
     p, q  places;  n  people;  R  robots
 """
 
-from collections.abc import Iterable, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Sequence
+from functools import lru_cache, wraps
 from itertools import zip_longest
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from scipy import ndimage
@@ -23,6 +23,28 @@ from reference.robots import Destination, actual_target, said_on_the_way
 from reference.world import NOBODY
 
 FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def kept(most: int) -> Callable[[Function], Function]:
+    """Keep up to so many answers of a function, each under the numbers it came from.
+
+    Whoever changes a number of `paper` at run time is heard: it is another question.
+    """
+
+    def keep(function: Function) -> Function:
+        @lru_cache(maxsize=most)
+        def answer(numbers: tuple[Any, ...], *asked: Any) -> Any:
+            return function(*asked)
+
+        @wraps(function)
+        def ask(*asked: Any) -> Any:
+            return answer(tuple(paper.numbers().values()), *asked)
+
+        return cast(Function, ask)
+
+    return keep
 
 
 class KnownMap:
@@ -68,7 +90,10 @@ class KnownMap:
         return self.free[floor, row, col]
 
 
-known_map_of = lru_cache(maxsize=8)(KnownMap)
+@kept(8)
+def known_map_of(building: Building) -> KnownMap:
+    """What robots know of a building, computed once."""
+    return KnownMap(building)
 
 
 def metres_between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -151,7 +176,7 @@ def guard_points(building: Building, floor: int) -> list[Any]:
     return [centres[p] for p in nearest_places(building, ways, can_guard)]
 
 
-@lru_cache(maxsize=8)
+@kept(8)
 def keeps_destination(building: Building) -> np.ndarray:
     """(places,) bool: far from stairwells; there Eq. 1 keeps a destination [C6]."""
     nav = navigation_of(building)
@@ -180,7 +205,7 @@ def nearest_places(
     return [int(d.argmin()) for d in metres if np.isfinite(d).any()]
 
 
-@lru_cache(maxsize=64)
+@kept(64)
 def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside.
 
@@ -195,7 +220,7 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     return x, y
 
 
-@lru_cache(maxsize=64)
+@kept(64)
 def at_way_out(building: Building, way: Landmark) -> Destination:
     """Find a point that means this way out and no other beside it [C6] [C7].
 
