@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from numbers import Integral, Real
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 # -- The building (Appendix A) ------------------------------------------------------
 
@@ -234,30 +234,46 @@ def numbers() -> dict[str, Any]:
 # -- One experiment -----------------------------------------------------------------
 
 
-def limited(low: float, high: float, unit: str, default: Callable[[], float]) -> Any:
-    """Declare a number of a scenario, from low to high; default: read when one is made.
+class Limits(NamedTuple):
+    """From where to where a number of a scenario goes, and what it counts."""
 
-    unit: what it counts, also for people who ask which numbers there are
+    low: float
+    high: float
+    unit: str
+
+
+def limits() -> dict[str, Limits]:
+    """Tell the limits of a scenario's numbers, by name."""
+    return {
+        "people": Limits(0, MOST, "people"),
+        "robots_per_floor": Limits(0, MOST, "robots"),
+        "sources": Limits(0, MOST, "fires at most"),
+        "time_limit": Limits(0.1, LONGEST, "seconds"),
+        "sight_range": Limits(1, MOST, "metres in smoke"),
+        "spread_rate": Limits(0.001, 100, "ignitions per second and border of cells"),
+        "burn_seconds": Limits(1, LONGEST, "seconds in flames"),
+        "frames_per_tick": Limits(1, MOST_FRAMES_PER_TICK, "frames of 1/50 s"),
+        "decision_seconds": Limits(0.02, LONGEST, "seconds between decisions"),
+    }
+
+
+def refuse_beyond(name: str, value: Any, limit: Limits, whole: bool) -> None:
+    """Raise InputError unless a value is a number within limits.
+
+    name: of the value;  whole: it must be a whole number
     """
-    limits = {"low": low, "high": high, "unit": unit}
-    return field(default_factory=default, metadata=limits)
-
-
-def refuse_beyond(name: str, value: Any, row: Any) -> None:
-    """Raise InputError unless a value is a number that a `limited` field can hold.
-
-    name: of the value;  row: the field
-    """
-    whole = row.type is int
-    low = row.metadata["low"]
-    high = row.metadata["high"]
     number = isinstance(value, Integral if whole else Real)
-    if isinstance(value, bool) or not number or not low <= value <= high:
+    if isinstance(value, bool) or not number or not limit.low <= value <= limit.high:
         kind = "whole number" if whole else "number"
         raise InputError(
-            f"{name} is {value!r:.60}: it must be a {kind} from {low:,} to {high:,} "
-            f"{row.metadata['unit']}"
+            f"{name} is {value!r:.60}: it must be a {kind} from {limit.low:,} to "
+            f"{limit.high:,} {limit.unit}"
         )
+
+
+def current(number: Callable[[], float]) -> Any:
+    """Make a field whose default is a number above as it is when a scenario is made."""
+    return field(default_factory=number)
 
 
 @dataclass(frozen=True)
@@ -268,37 +284,28 @@ class Scenario:
     numbers above are read when a scenario is made, not when this class is.
     """
 
-    # spread evenly over the floors [B8]
-    people: int = limited(0, MOST, "people", lambda: PEOPLE)
+    people: int = current(lambda: PEOPLE)  # spread evenly over the floors [B8]
     people_per_floor: tuple[int, ...] | None = None  # instead, lowest first
     rooms: tuple[str, ...] = ()  # ids of rooms to start in ("1/hall"); empty: anywhere
-    robots_per_floor: int = limited(0, MOST, "robots", lambda: ROBOTS_PER_FLOOR)  # [C2]
-    sources: int = limited(0, MOST, "fires at most", lambda: FIRE_SOURCES)  # [C2]
+    robots_per_floor: int = current(lambda: ROBOTS_PER_FLOOR)  # [C2]
+    sources: int = current(lambda: FIRE_SOURCES)  # fires at most [C2]
     training: bool = False  # rule D6: no fire on an occupied place (else on another)
-    # people inside then are neither saved nor dead; sight [B2]
-    time_limit: float = limited(0.1, LONGEST, "seconds", lambda: 240.0)
-    sight_range: float = limited(
-        1, MOST, "metres in smoke", lambda: SIGHT_RANGE
-    )  # [B2]
-    # of flames [D7]: from cell to cell, and in one cell
-    spread_rate: float = limited(
-        0.001, 100, "ignitions per second and border of cells", lambda: SPREAD_RATE
-    )
-    burn_seconds: float = limited(1, LONGEST, "seconds in flames", lambda: BURN_SECONDS)
-    frames_per_tick: int = limited(
-        1, MOST_FRAMES_PER_TICK, "frames of 1/50 s", lambda: FRAMES_PER_TICK
-    )
+    time_limit: float = 240.0  # s; people inside then are neither saved nor dead
+    sight_range: float = current(lambda: SIGHT_RANGE)  # metres, in smoke [B2]
+    spread_rate: float = current(lambda: SPREAD_RATE)  # of flames, to a next cell [D7]
+    burn_seconds: float = current(lambda: BURN_SECONDS)  # of flames in a cell [D7]
+    frames_per_tick: int = current(lambda: FRAMES_PER_TICK)  # of 1/50 s [F8]
     # rounded to ticks; the fire's decisions follow [D2]
-    decision_seconds: float = limited(
-        0.02, LONGEST, "seconds between decisions", lambda: DECISION_SECONDS
-    )
+    decision_seconds: float = current(lambda: DECISION_SECONDS)
 
     def __post_init__(self) -> None:
-        rows = {row.name: row for row in fields(self) if row.metadata}
-        for name, row in rows.items():
-            refuse_beyond(name, getattr(self, name), row)
+        limit_of = limits()
+        for row in fields(self):
+            if row.name in limit_of:
+                value = getattr(self, row.name)
+                refuse_beyond(row.name, value, limit_of[row.name], row.type is int)
         for count in self.people_per_floor or ():
-            refuse_beyond("one of people_per_floor", count, rows["people"])
+            refuse_beyond("one of people_per_floor", count, limit_of["people"], True)
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
         if self.decision_seconds < self.tick:

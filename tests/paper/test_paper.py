@@ -172,6 +172,13 @@ def test_says_which_number_makes_no_sense_and_what_would():
         Scenario(people_per_floor=(3, -1))
 
 
+def test_limits_of_a_scenario_follow_the_numbers(monkeypatch):
+    """They, too, are read when a scenario is made."""
+    monkeypatch.setattr(paper, "MOST_FRAMES_PER_TICK", 12)
+    with pytest.raises(InputError, match=r"frames_per_tick is 20: .* from 1 to 12 "):
+        Scenario(frames_per_tick=20)
+
+
 def test_numbers_are_by_name_as_they_are_now(monkeypatch):
     """Points too; no tables, and nothing that is no number."""
     monkeypatch.setattr(paper, "HEALTH", 50.0)

@@ -6,13 +6,13 @@ A record's fields are its rows; a `Row` says which values one may have.
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from difflib import get_close_matches
 from inspect import getdoc, signature
 from types import NoneType
 from typing import Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
-from reference.paper import InputError
+from reference.paper import InputError, Scenario, limits
 from reference.workshop.storage.files import LARGEST_NUMBER
 
 RecordType = TypeVar("RecordType")
@@ -26,11 +26,11 @@ def record_from(kind: type[RecordType], plain: Any, where: str) -> RecordType:
     """Build a record from a mapping; nested records from mappings, tuples from lists.
 
     where  the data stand, for messages. Raises SettingsError for unknown, missing or
-    invalid rows. Fields of a scenario with limits tell these themselves.
+    invalid rows. A scenario tells the limits of its numbers itself.
     """
     rows = checked_mapping(plain, where)
     known = get_type_hints(kind)
-    limited = _limited_fields(kind)
+    limited = limits() if kind is Scenario else {}
     try:
         for name, value in rows.items():
             if name not in known:
@@ -43,13 +43,6 @@ def record_from(kind: type[RecordType], plain: Any, where: str) -> RecordType:
         return kind(**rows)
     except ValueError as error:
         raise SettingsError(f"{where}: {error}") from None
-
-
-def _limited_fields(kind: type) -> set[str]:
-    """Name the fields of a scenario that have limits, and check them themselves."""
-    if not is_dataclass(kind):
-        return set()
-    return {row.name for row in fields(kind) if row.metadata}
 
 
 def checked_value(name: str, value: Any, hint: Any) -> Any:

@@ -2,11 +2,10 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import fields
 from types import NoneType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from reference.paper import Scenario
+from reference.paper import Scenario, limits
 from reference.workshop.storage.records import SettingsError, record_from, unknown_name
 
 EXAMPLES = {
@@ -22,15 +21,11 @@ KEYS = tuple(name for name in HINTS if name != "training")  # which commands dec
 def list_keys() -> str:
     """List what a scenario can vary, with units, ranges and defaults."""
     default = Scenario()
+    about = dict(EXAMPLES)
+    for name, (low, high, unit) in limits().items():
+        about[name] = f"{low:,} to {high:,} {unit}; default: {getattr(default, name):g}"
     lines = ["", "scenario:"]
-    for row in fields(Scenario):
-        about = EXAMPLES.get(row.name)
-        limits = row.metadata
-        if limits:
-            about = f"{limits['low']:,} to {limits['high']:,} {limits['unit']}"
-            about += f"; default: {getattr(default, row.name):g}"
-        if about:
-            lines.append(f"  {row.name:<17} {about}")
+    lines += [f"  {name:<17} {about[name]}" for name in KEYS]
     return "\n".join(lines)
 
 
