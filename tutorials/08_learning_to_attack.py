@@ -170,9 +170,10 @@ print(f"on the same 24 evenings: more reward {more}, fewer people get out {fewer
 #> on the same 24 evenings: more reward True, fewer people get out True
 
 # %% Where it lights fires
-# Rounding differs between machines, and such differences grow in training. So no number
-# of what was learned is printed above. In the picture rings are choices before
-# training, discs those after. Choices in walls are not drawn: they are refused.
+# Rounding differs between machines, torch's own kernels by processor too, and such
+# differences grow in training. So no number of what was learned is printed above. In
+# the picture rings are choices before training, discs those after. Choices in walls are
+# not drawn: they are refused.
 
 
 def places(episodes: list[Episode]) -> np.ndarray:

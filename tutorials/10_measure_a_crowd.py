@@ -84,8 +84,8 @@ print("slower where it is dense:", where_dense < where_sparse)
 # need at 1.3 people per second and metre [A5]. Right: from 1 to 4 people per square
 # metre speed falls. Those who are slow at less than 1 wait at the crowd's edge, where a
 # Voronoi cell reaches into the empty room. Nearly all above 5.5 lean on the wall beside
-# the exit, which cuts their cells. Squares are real people, who walk one way and wait for
-# no exit.
+# the exit, which cuts their cells. Squares are real people, who walk one way and wait
+# for no exit.
 
 figure, (floor, flow, pace) = plt.subplots(
     1, 3, figsize=(14, 4.6), width_ratios=(1.15, 1, 1), layout="constrained"
