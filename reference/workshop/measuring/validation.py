@@ -109,9 +109,14 @@ def weidmann(density: float) -> float:
     return max(0.0, 1.34 * (1 - exp(-1.913 * (1 / density - 1 / 5.4))))
 
 
-@cache
 def speed_in_ring(density: float, seed: int) -> float:
     """Mean speed, m/s, in 20 m x 4 m whose ends are joined, from 10 s to 30 s."""
+    return _speed_in_ring(density, seed, tuple(paper.numbers().values()))
+
+
+@cache  # the picture asks again what the table has asked
+def _speed_in_ring(density: float, seed: int, numbers: tuple[Any, ...]) -> float:
+    """numbers: those of the paper that it was measured under."""
     length = 20.0
     width = 4.0
     tick = 0.2
