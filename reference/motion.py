@@ -1,4 +1,4 @@
-"""Pedestrian dynamics: bodies walk to their targets, not into walls or each other.
+"""Pedestrian dynamics: bodies walk to their targets, round each other, not into walls.
 
 The collision-free speed model of Tordeux, Chraibi and Seyfried (2016), as in JuPedSim:
 speed falls with the gap ahead [A9].  Ours besides: people keep to the right of oncoming
@@ -84,7 +84,7 @@ def step(
     """
     heading = _heading(position, target, pace, seconds)
     near = neighbours(position, floor, pace, seconds)
-    if not near.size:
+    if not near.size:  # nobody is in anybody's way: nobody shuffles [A9, chosen]
         return _walk(position, heading.e, heading.v * seconds, free)
     pairs = _pairs(near, position, heading)
     turned, v = _heed_neighbours(heading, pairs)
