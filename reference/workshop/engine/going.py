@@ -1,0 +1,65 @@
+"""Between the book and compiled ticks: who plays what, and in which order."""
+
+import sys
+
+import numpy as np
+
+from reference.robots import Destinations, actual_target, said_on_the_way
+from reference.simulation import Simulation
+from reference.workshop.engine import ticks
+from reference.workshop.engine.state import EVENT, PAIR, Kept
+
+
+def kept(run: Simulation) -> Kept:
+    """The arrays of a simulation, begun once."""
+    mine: Kept = vars(run).get("_engine") or Kept(run)
+    vars(run)["_engine"] = mine
+    return mine
+
+
+def instruct(run: Simulation, mine: Kept, destinations: Destinations) -> None:
+    """Tell robots where to go, as lines 4 and 5 of Algorithm 3 say."""
+    occupancy = run.world.occupancy
+    each = zip(run.world.robots, destinations, strict=True)
+    for k, (robot, decision) in enumerate(each):
+        if decision is None or not any(occupancy[robot.floor :]):
+            continue
+        target = actual_target(run.building, robot.floor, *decision)
+        robot.destination = np.array(target)
+        record = mine.state.robots[k]
+        record["says"] = said_on_the_way(run.building, robot.floor, target)
+        record["to_x"], record["to_y"] = target
+        record["decided"] = True
+
+
+def advance(run: Simulation, count: int) -> None:
+    """Run so many ticks, or to the end."""
+    mine = kept(run)
+    mine.take()
+    clock = mine.state.clock
+    clock["left"] = min(count, sys.maxsize)
+    clock["phase"] = ticks.SENSE
+    rng = run.rng["bodies"]
+    while True:
+        why = ticks.play(mine.arrays, mine.state, rng)
+        if why == ticks.ROW:
+            place, holes, *marks = mine.state.wanted.tolist()
+            mine.tables.add_row(place, frozenset(marks[:holes]))
+        elif why == ticks.STRATEGIES:
+            mine.give()
+            destinations = run.strategies_decide()
+            mine.take()
+            instruct(run, mine, destinations)
+        elif why == ticks.TRAILS:
+            mine.lengthen_trails(2 * int(mine.state.numbers["most_trail"][0]))
+        elif why == ticks.PAIRS:
+            pairs = np.zeros(2 * len(mine.state.pairs), PAIR)
+            mine.state = mine.state._replace(pairs=pairs)
+        elif why == ticks.EVENTS:
+            if not int(clock["events"][0]):
+                events = np.zeros(2 * len(mine.state.events), EVENT)
+                mine.state = mine.state._replace(events=events)
+            mine.give()
+        else:
+            break
+    mine.give()

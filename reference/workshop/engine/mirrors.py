@@ -1,0 +1,157 @@
+"""What ties the engine to the book: each function names what it was written from.
+
+A digest is of a book function's syntax tree without docstrings and comments, so that a
+changed rule is heard and a changed comment is not.
+"""
+
+import ast
+import hashlib
+import importlib
+import inspect
+import os
+import sys
+import tempfile
+import textwrap
+from collections.abc import Callable
+from enum import EnumMeta
+from functools import cached_property
+from inspect import getclosurevars
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
+
+BOOK = "reference."
+
+
+class Mirror(NamedTuple):
+    """A function of the engine, and what it was written from."""
+
+    engine: str  # module and name
+    book: str  # module and name
+    digest: str
+
+
+MIRRORS: list[Mirror] = []
+
+
+def _cache_folder() -> str:
+    """A folder named by all that goes into compiled code; see `findings/`.
+
+    numba hears of changes in one file only: not of those in helpers and constants.
+    """
+    made_of = hashlib.sha256(numba.__version__.encode() + sys.version.encode())
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        made_of.update(path.name.encode() + path.read_bytes())
+    home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    folder = Path(home) / "fire-rescue" / made_of.hexdigest()[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError:
+        return ""
+    return str(folder)
+
+
+_FOLDER = _cache_folder()
+if _FOLDER:
+    numba.config.CACHE_DIR = _FOLDER
+
+
+def compiled(function: Callable[..., Any], entry: bool = False) -> Any:
+    """Compile a function when it is first called; nothing is contracted or reordered.
+
+    Only an entry is kept on disk: all that it calls is inlined into it.
+    """
+    kept = bool(_FOLDER) and entry
+    options: Any = {"cache": kept, "error_model": "numpy", "forceinline": not entry}
+    return numba.njit(**options)(function)
+
+
+def mirrors(*books: str, entry: bool = False) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function written from functions of the book: "humans.stuck 5f2c9a"."""
+
+    def note(function: Callable[..., Any]) -> Any:
+        where = f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
+        for book in books:
+            name, _, digest = book.partition(" ")
+            MIRRORS.append(Mirror(where, name, digest))
+        return compiled(function, entry)
+
+    return note
+
+
+def found(name: str) -> Any:
+    """The function of the book that a name such as "humans.Leader.setoff" means."""
+    holder, key = _links(name)[-1]
+    return _plain(vars(holder)[key])
+
+
+def _links(name: str) -> list[tuple[Any, str]]:
+    """The module and classes that lead to a function, each with the name in it."""
+    module, *path = name.split(".")
+    holder: Any = importlib.import_module(BOOK + module)
+    links = []
+    for key in path:
+        links.append((holder, key))
+        holder = vars(holder).get(key)
+    return links
+
+
+def _plain(thing: Any) -> Any:
+    """The function inside a method, property or cache."""
+    if isinstance(thing, cached_property):
+        return getclosurevars(thing.func).nonlocals.get("method", thing.func)
+    for inner in ("__func__", "fget", "__wrapped__"):
+        thing = getattr(thing, inner, thing)
+    return thing
+
+
+def digest_of(function: Any) -> str:
+    """Six hex digits of a function's rule and the constants that it reads; "" if none.
+
+    Those of `paper` do not count: they are read when a run begins.
+    """
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+    except (OSError, TypeError):
+        return ""
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
+            if isinstance(body[0].value, ast.Constant):
+                body[0].value.value = ""
+    names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    known = getattr(function, "__globals__", {})
+    constants = [f"{name} {_value(known.get(name))}" for name in sorted(names)]
+    rule = ast.dump(tree) + "".join(constants)
+    return hashlib.sha256(rule.encode()).hexdigest()[:6]
+
+
+def _value(thing: Any) -> str:
+    """A constant as text; "" for what is none."""
+    if isinstance(thing, EnumMeta):
+        return str({one.name: one.value for one in thing})  # type: ignore[var-annotated]
+    if isinstance(thing, int | float | str | tuple | frozenset):
+        return repr(thing)
+    return ""
+
+
+def changed() -> list[Mirror]:
+    """The mirrors whose original is no longer what they were written from."""
+    return [one for one in MIRRORS if digest_of(found(one.book)) != one.digest]
+
+
+class Originals:
+    """The book's functions when they were digested: is each still the same object?"""
+
+    def __init__(self) -> None:
+        """Remember them all."""
+        links = {link for one in MIRRORS for link in _links(one.book)}
+        self._things = [(vars(holder), key, vars(holder)[key]) for holder, key in links]
+
+    @property
+    def unchanged(self) -> bool:
+        """Nobody has put something else in the place of one."""
+        return all(where.get(key) is thing for where, key, thing in self._things)

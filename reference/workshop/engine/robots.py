@@ -1,0 +1,149 @@
+"""Robots on their way: mirrors `robots`; where they go is decided by the book.
+
+N  the numbers;  robot  a record ROBOT;  way  places, from `at` to `end`
+"""
+
+from math import sqrt
+
+import numpy as np
+
+from reference.workshop.engine.mirrors import mirrors
+from reference.workshop.engine.sees import INSIDE, next_place, reaches, search
+from reference.workshop.engine.walks import place_around
+
+
+@mirrors("world.World.anybody_at_or_above bbe873", "world.World.occupancy 28a901")
+def anybody_at_or_above(N, bodies, floor):
+    """Is anybody inside on a floor, or above? [C8]"""
+    for i in range(N.people):
+        if bodies[i].fate == INSIDE and bodies[i].floor >= floor:
+            return True
+    return False
+
+
+@mirrors("robots.RobotAlgorithm.act 4dd1f5")
+def act(N, T, S, clock, k):
+    """One pass of Algorithm 3; what it is told on its way, it has been told."""
+    robot = S.robots[k]
+    robot.active = anybody_at_or_above(N, S.bodies, robot.floor)  # Alg. 3:1
+    if robot.active:
+        speed = speed_while_leading(N, T.cells, S.bodies, robot)  # Alg. 3:2
+        if robot.decided:  # Alg. 3:3
+            plan(N, T, S, clock, robot, S.ways[k])
+        move(N, T.cells, robot, S.ways[k], speed * N.tick)  # Alg. 3:7
+    robot.decided = 0
+
+
+@mirrors("robots.flame_cost 58862a", "navigation.Navigation.way 28245e",
+         "navigation.Navigation.corners 8d95f4")  # fmt: skip
+def plan(N, T, S, clock, robot, way):
+    """Find the way to where a robot has decided to go: places, from `at` to `end`."""
+    goal = nearest_free(N, T.cells, robot.floor, robot.to_x, robot.to_y)
+    start = robot.floor * N.floor_size
+    costly = False
+    if clock.alight:
+        for p in range(start, start + N.floor_size):
+            costly = costly or S.burning[p]
+    at = robot.place
+    robot.at = 4  # room for a place before them
+    robot.end = 4
+    if costly:
+        search(N, T.cells, goal, at, S.cost, T.heap, T.found, T.path)
+        if T.found[at - start].d == np.inf:
+            return
+        while at != goal:
+            at = np.int64(T.path[at - start])
+            way[robot.end] = at
+            robot.end += 1
+    else:
+        corner = at
+        if at != goal:
+            after = next_place(N, T.cells, T.fields, T.used, T.heap, T.found, at, goal)
+            if after == at:
+                return
+        while at != goal:
+            after = next_place(N, T.cells, T.fields, T.used, T.heap, T.found, at, goal)
+            if not reaches(N, T.clear, corner, after):
+                corner = at
+                way[robot.end] = at
+                robot.end += 1
+            at = after
+        way[robot.end] = goal
+        robot.end += 1
+    if robot.end == robot.at:
+        way[robot.end] = at
+        robot.end += 1
+
+
+@mirrors("navigation.Navigation.nearest_free e02afb")
+def nearest_free(N, cells, floor, x, y):
+    """The walkable place of a floor whose centre is nearest to a point."""
+    best = -1
+    least = np.inf
+    for p in range(floor * N.floor_size, (floor + 1) * N.floor_size):
+        cell = cells[p]
+        if cell.walkable:
+            east = cell.x - x
+            north = cell.y - y
+            square = east * east + north * north
+            if square < least:
+                least = square
+                best = p
+    return best
+
+
+@mirrors("robots.speed_while_leading 0dfe2f", "robots.followers_of 7ebcdd")
+def speed_while_leading(N, cells, bodies, robot):
+    """The speed (m/s) at which followers keep up [C7, chosen]."""
+    if robot.at == robot.end:
+        return N.ROBOT_SPEED
+    if cells[robot.place].to_landmarks < N.DOORWAY_METRES:
+        return N.ROBOT_SPEED
+    count = 0
+    metres = 0.0
+    for i in range(N.people):
+        body = bodies[i]
+        if body.leader == robot.body:
+            x = body.x - robot.x
+            y = body.y - robot.y
+            metres += sqrt(x * x + y * y)
+            count += 1
+    if not count:
+        return N.ROBOT_SPEED
+    waits = metres / count > N.FOLLOWER_GAP + N.CROWD_GAP * sqrt(count)
+    return 0.0 if waits else N.ROBOT_SPEED
+
+
+@mirrors("robots.RobotAlgorithm._move fa63d3", "building.distance cdc4c8")
+def move(N, cells, robot, way, metres):
+    """Walk along the way, as far as the metres carry."""
+    if robot.at == robot.end or metres == 0.0:
+        return
+    x = robot.x
+    y = robot.y
+    while robot.at < robot.end and metres > 0:
+        to = cells[way[robot.at]]
+        off_x = to.x - x
+        off_y = to.y - y
+        left = sqrt(off_x * off_x + off_y * off_y)
+        if left > metres:
+            x += (to.x - x) * metres / left
+            y += (to.y - y) * metres / left
+            break
+        robot.at += 1
+        metres -= left
+        x = to.x
+        y = to.y
+    place = place_around(N, robot.floor, x, y)
+    if cells[place].walkable:
+        robot.x = x
+        robot.y = y
+        robot.place = place
+    else:  # it would cut a corner: go to its cell's middle first
+        if robot.at == 0:
+            for k in range(robot.end, 0, -1):
+                way[k] = way[k - 1]
+            robot.end += 1
+            robot.at = 1
+        robot.at -= 1
+        way[robot.at] = robot.place

@@ -1,0 +1,434 @@
+"""What one human sees now: mirrors `view`, and what it asks of `rays` and `navigation`.
+
+N  the numbers, one record;  T  the tables;  S  the state
+v  the view of who thinks, one record;  p, q  places
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from reference.building import Kind
+from reference.workshop.engine.mirrors import compiled, mirrors
+from reference.workshop.engine.state import NOT_TOLD
+from reference.workshop.engine.tables import OVERLOOKED, SEEN
+from reference.world import FLOOR_APART, Aim, Fate
+
+INSIDE = int(Fate.INSIDE)
+EXIT = int(Kind.EXIT)
+ENTRANCE = int(Kind.ENTRANCE)
+LANDMARK = int(Aim.LANDMARK)
+
+
+class Observe(NamedTuple):
+    """What the thinking of one person reads besides their own memory."""
+
+    now: np.ndarray
+    seen: np.ndarray
+    cells: np.ndarray
+    square: np.ndarray
+    hits: np.ndarray
+    opens: np.ndarray
+    lists: np.ndarray
+    burning: np.ndarray
+
+
+# -- navigation, rays ---------------------------------------------------------------
+
+
+@compiled
+def in_square(N, p, q):
+    """Which bits of a place's square belong to q; -1: q is not in it."""
+    d_row = q // N.cols - p // N.cols
+    d_col = q - p - d_row * N.cols
+    if abs(d_row) > N.half or abs(d_col) > N.half:
+        return -1
+    return (d_row + N.half) * N.side + d_col + N.half
+
+
+@mirrors("navigation.StraightLines.reaches 0f95a7")
+def reaches(N, clear, p, q):
+    """Can a body walk straight from p to q?"""
+    d_row = q // N.cols - p // N.cols
+    d_col = q - p - d_row * N.cols
+    if abs(d_row) > N.clear_reach or abs(d_col) > N.clear_reach:
+        return False
+    return clear[p, (d_row + N.clear_reach) * N.clear_side + d_col + N.clear_reach]
+
+
+@mirrors(
+    "navigation.Navigation._search_floor 1d6e1d",
+    "navigation.Navigation._steps_of 9de8ad",
+)
+def search(N, cells, goal, stop, cost, heap, found, after):
+    """The next place from each place of a floor on the way to a goal, in `after`.
+
+    cost: of places, empty: all cost 1;  stop: a place where it may stop, or -1
+
+    Pops what is nearest, of equally near places the highest number, and replaces only
+    what is strictly longer: so scipy's search does.
+    """
+    size = N.floor_size
+    start = goal // size * size
+    diagonal = sqrt(2.0)
+    cols = N.cols
+    offsets = (1, cols, -1, -cols, cols + 1, cols - 1, -cols - 1, 1 - cols)
+    for p in range(size):
+        after[p] = start + p
+        found[p].d = np.inf
+        found[p].done = 0
+    found[goal - start].d = 0.0
+    heap[0].d = 0.0
+    heap[0].p = goal - start
+    count = 1
+    while count:
+        d = heap[0].d
+        p = heap[0].p
+        # the last goes down from the top
+        count -= 1
+        last_d = heap[count].d
+        last_p = heap[count].p
+        k = 0
+        while True:
+            child = 2 * k + 1
+            if child >= count:
+                break
+            other = child + 1
+            if other < count and (
+                heap[other].d < heap[child].d
+                or (heap[other].d == heap[child].d and heap[other].p > heap[child].p)
+            ):
+                child = other
+            if heap[child].d < last_d or (
+                heap[child].d == last_d and heap[child].p > last_p
+            ):
+                heap[k].d = heap[child].d
+                heap[k].p = heap[child].p
+                k = child
+            else:
+                break
+        heap[k].d = last_d
+        heap[k].p = last_p
+
+        if found[p].done:
+            continue
+        found[p].done = 1
+        if start + p == stop:
+            return
+        for k in range(8):
+            if not cells[start + p].steps >> k & 1:
+                continue
+            q = p + offsets[k]
+            if found[q].done:
+                continue
+            step = 1.0 if k < 4 else diagonal
+            if len(cost):
+                step *= max(cost[start + p], cost[start + q])
+            if d + step < found[q].d:
+                found[q].d = d + step
+                after[q] = start + p
+                at = count
+                count += 1
+                while at:
+                    up = (at - 1) // 2
+                    if heap[up].d < d + step or (
+                        heap[up].d == d + step and heap[up].p > q
+                    ):
+                        break
+                    heap[at].d = heap[up].d
+                    heap[at].p = heap[up].p
+                    at = up
+                heap[at].d = d + step
+                heap[at].p = q
+
+
+@mirrors("navigation.Navigation.next_place cd66a7")
+def next_place(N, cells, fields, used, heap, found, p, goal):
+    """The next place from p on the shortest way to a goal of its floor."""
+    size = N.floor_size
+    slot = cells[goal].field
+    if slot < 0:
+        slot = used[-1]
+        used[-1] = (slot + 1) % len(fields)
+        if used[slot] >= 0:
+            cells[used[slot]].field = -1
+        search(N, cells, goal, -1, np.empty(0), heap, found, fields[slot])
+        used[slot] = goal
+        cells[goal].field = slot
+    return np.int64(fields[slot, p % size])
+
+
+@mirrors("navigation.Navigation.place_beyond a8b458")
+def place_beyond(N, cells, door, side):
+    """The place across a door cell from one side, an area; else the cell."""
+    for step in (1, -1, N.cols, -N.cols):
+        area = cells[door + step].area
+        if area != -1 and area != side:
+            return door + step
+    return door
+
+
+@mirrors("view.View.burns e0bba5")
+def burns(N, observe, q):
+    """Is there a flame in sight in this place?"""
+    if q < 0 or q >= N.places or not observe.burning[q]:
+        return False
+    v = observe.now[0]
+    k = in_square(N, v.place, q)
+    return k >= 0 and observe.square[v.row, k] & SEEN != 0
+
+
+@mirrors("navigation.Navigation.straight_way 320e98", "navigation.cells_crossed f7ab22")
+def burns_on_way(N, observe, q, beside):
+    """Is there a flame in sight on the straight way to q, or (if so) beside it?"""
+    p = observe.now[0].place
+    cols = N.cols
+    d_row = q // cols - p // cols
+    d_col = q % cols - p % cols
+    row = 0
+    col = 0
+    down = 1 if d_row > 0 else -1
+    right = 1 if d_col > 0 else -1
+    while row != d_row or col != d_col:
+        turn = (2 * abs(row) + 1) * abs(d_col) - (2 * abs(col) + 1) * abs(d_row)
+        if turn <= 0:
+            row += down
+        if turn >= 0:
+            col += right
+        here = p + row * cols + col
+        if burns(N, observe, here):
+            return True
+        if beside:
+            for step in (1, -1, cols, -cols):
+                if here + step != p and burns(N, observe, here + step):
+                    return True
+    return False
+
+
+# -- view ---------------------------------------------------------------------------
+
+
+@mirrors("view.View.burns_towards 087198")
+def burns_towards(N, observe, place):
+    """Is there a flame in sight on the straight way to a place of this floor?"""
+    return observe.now[0].alight and burns_on_way(N, observe, place, False)
+
+
+@mirrors("view.View.passable 8ba12b", "rays.Sight.line 05e29a")
+def passable(N, observe, hit):
+    """Is there no flame in sight on the straight way to a landmark in view?"""
+    if not observe.now[0].alight:
+        return True
+    return not burns_on_way(N, observe, observe.hits[hit].end, False)
+
+
+@mirrors("view.View.safe 061467")
+def safe(N, observe, hit):
+    """Is there no flame in sight on or beside the straight way to a landmark?"""
+    if not observe.now[0].alight:
+        return True
+    return not burns_on_way(N, observe, observe.hits[hit].end, True)
+
+
+@compiled
+def hit_of(observe, mark):
+    """Where a landmark stands among those in view, -1 if it is not."""
+    v = observe.now[0]
+    for k in range(v.hits, v.hits_end):
+        if observe.hits[k].mark == mark:
+            return k
+    return -1
+
+
+@compiled
+def sighted(observe, body):
+    """Where a body stands among those in sight, -1 if it is not."""
+    for k in range(observe.now[0].seen):
+        if observe.seen[k].j == body:
+            return k
+    return -1
+
+
+@mirrors("view.View.burnt b5ba7e")
+def is_burnt(observe, mark):
+    """Is this a destroyed door that rays meet, or that one stands in? [A6]"""
+    v = observe.now[0]
+    if v.here_burnt and v.here == mark:
+        return True
+    for k in range(v.holes, v.holes_end):
+        if observe.lists[k] == mark:
+            return True
+    return False
+
+
+@mirrors(
+    "view.View.leaders_to ec7e62",
+    "view.View.followers_of b1901e",
+    "humans.suitable_leader 580196",
+)
+def suitable_leader(N, me, observe, wanted):
+    """The human in view worth following, or -1."""
+    v = observe.now[0]
+    if v.time < me.pause_until:
+        return -1
+    tried = np.inf  # the highest rank first
+    last = -1  # of equals the lowest number first
+    while True:
+        best = -1
+        rank = -1.0
+        for k in range(v.seen):
+            j = observe.seen[k].j
+            if j >= N.people:
+                break
+            them = observe.seen[k]
+            if them.landmark != wanted or them.leader >= 0 or not them.rank > v.rank:
+                continue
+            later = them.rank < tried or (them.rank == tried and j > last)
+            if later and (best < 0 or them.rank > rank):
+                best = j
+                rank = them.rank
+        if best < 0:
+            return -1
+        followers = 0
+        for k in range(v.seen):
+            one = observe.seen[k]
+            followers += one.j < N.people and one.leader == best
+        if followers < N.MOST_FOLLOWERS:
+            return best
+        tried = rank
+        last = best
+
+
+@mirrors("view.see 9ca2af")
+def row_of(rows, cells, hits, lists, burnt, wanted, p):
+    """The row of what is seen from p; -1: it is wanted first."""
+    row = np.int64(cells[p].row)
+    holes = 0
+    wanted[0] = p
+    while row >= 0:
+        more = 0
+        for k in range(rows[row].hits, rows[row].hits_end):
+            mark = hits[k].mark
+            known = False
+            for h in range(holes):
+                known = known or wanted[2 + h] == mark
+            if burnt[mark] and not known:
+                wanted[2 + holes + more] = mark
+                more += 1
+        if not more:
+            return row
+        holes += more
+        row = np.int64(cells[p].row)
+        while row >= 0:
+            one = rows[row]
+            same = one.holes_end - one.holes == holes
+            for h in range(holes):
+                if same:
+                    there = False
+                    for k in range(one.holes, one.holes_end):
+                        there = there or lists[k] == wanted[2 + h]
+                    same = there
+            if same:
+                break
+            row = np.int64(one.next)
+    wanted[1] = holes
+    return row
+
+
+@mirrors("view.look 00c19b")
+def look(N, clock, bodies, spots, robots, burnt, cells, r, observe, row, i):
+    """Fill the view of one person; r: their row of the tables, number `row`."""
+    me = bodies[i]
+    v = observe.now[0]
+    p = me.place
+    cell = cells[p]
+    v.time = clock.time
+    v.rank = me.rank
+    v.halted_since = me.anchor_time
+    v.row = row
+    v.place = p
+    v.patch = cell.patch
+    v.room = cell.area
+    v.here = cell.mark
+    v.here_burnt = cell.mark >= 0 and burnt[cell.mark]
+    v.alight = clock.alight
+    v.hits = r.hits
+    v.hits_end = r.hits_end
+    v.opens = r.opens
+    v.opens_end = r.opens_end
+    v.holes = r.holes
+    v.holes_end = r.holes_end
+    v.looked = r.looked
+    v.looked_end = r.looked_end
+
+    count = 0
+    my_x = me.x + FLOOR_APART * me.floor
+    for j in range(N.people):
+        x = spots[j, 0] - my_x
+        y = spots[j, 1] - me.y
+        if abs(x) < N.reach and abs(y) < N.reach and j != i:
+            them = bodies[j]
+            k = in_square(N, p, them.place)
+            if k >= 0 and observe.square[row, k] & 1:
+                one = observe.seen[count]
+                one.j = j
+                one.place = them.place
+                one.metres = sqrt(x * x + y * y)
+                one.told = NOT_TOLD
+                one.rank = them.rank
+                one.leader = them.leader
+                one.landmark = them.landmark
+                count += 1
+
+    v.robot = -1
+    nearest = np.inf
+    for k in range(len(robots)):
+        robot = robots[k]
+        if not robot.active:
+            continue
+        x = robot.x + FLOOR_APART * robot.floor - my_x
+        y = robot.y - me.y
+        if abs(x) < N.reach and abs(y) < N.reach:
+            bit = in_square(N, p, robot.place)
+            if bit >= 0 and observe.square[row, bit] & 1:
+                one = observe.seen[count]
+                one.j = N.people + k
+                one.place = robot.place
+                one.metres = sqrt(x * x + y * y)
+                one.told = robot.says
+                if one.metres < nearest:
+                    nearest = one.metres
+                    v.robot = N.people + k
+                count += 1
+    v.seen = count
+
+
+@mirrors("view.View.towards e1bbd9")
+def face(me, p, cells, marks):
+    """Turn from p to the goal, in sight or remembered, unless one is there."""
+    here = cells[p]
+    to_x = here.x
+    to_y = here.y
+    if me.aim == LANDMARK:
+        mark = marks[me.which]
+        to_x = mark.x
+        to_y = mark.y
+    elif me.place >= 0:
+        there = cells[me.place]
+        to_x = there.x
+        to_y = there.y
+    x = to_x - here.x
+    y = to_y - here.y
+    far = sqrt(x * x + y * y)
+    if far:
+        me.facing_x = x / far
+        me.facing_y = y / far
+
+
+@compiled
+def is_overlooked(N, observe, been, q):
+    """Is q seen from a place where one has been, with all beside it?"""
+    k = in_square(N, been, q)
+    row = observe.cells[been].row
+    return k >= 0 and observe.square[row, k] & OVERLOOKED != 0

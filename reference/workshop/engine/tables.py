@@ -1,0 +1,244 @@
+"""What never moves, from the book's own `Navigation` and `Sight`: no geometry of its own.
+
+What is seen from a place depends on the holes in view [A6]: each (place, holes) that
+somebody stood in has a row, made by the book's `Sight` when it is first asked for.
+
+    p  place;  L  landmarks;  S  places of a floor;  row  a place and holes in view
+"""
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from reference.building import Kind
+from reference.navigation import NEIGHBOURS, Navigation
+from reference.rays import Sight
+
+FIELDS = 512  # ways to single places that are kept
+
+IN_LINE = 1  # bits of `square`
+SEEN = 2
+GROUND = 4
+OVERLOOKED = 8
+
+
+def record(**kinds: str) -> np.dtype:
+    """A kind of records, in one place: an equal one made elsewhere costs 40 us a call."""
+    return np.dtype(list(kinds.items()), align=True)
+
+
+CELL = record(
+    x="f8", y="f8", to_landmarks="f8", mark="i4", area="i4", patch="i4", row="i4",
+    field="i4", steps="i4", walkable="u1",
+)  # fmt: skip
+MARK = record(
+    x="f8", y="f8", width="f8", floor="i4", kind="i4", stairwell="i4", leads_out="i4"
+)
+WELL = record(lowest="i4", cells="i4", cells_end="i4", landings="i4", landings_end="i4")
+ROW = record(
+    place="i4", next="i4", holes="i4", holes_end="i4", hits="i4", hits_end="i4",
+    opens="i4", opens_end="i4", looked="i4", looked_end="i4",
+)  # fmt: skip
+HIT = record(distance="f8", mark="i4", kind="i4", end="i4", of_room="i4")
+OPEN = record(x="f8", y="f8", patch="i4", place="i4")
+HEAP = record(d="f8", p="i8")
+FOUND = record(d="f8", done="i8")
+LANDING = record(place="i4", mark="i4", beyond="i4")
+
+
+class Arrays(NamedTuple):
+    """The tables as compiled functions take them."""
+
+    cells: np.ndarray  # (places,) CELL
+    marks: np.ndarray  # (L,) MARK
+    wells: np.ndarray  # WELL
+    landings: np.ndarray  # LANDING
+    waypoint: np.ndarray  # (L, S) see Navigation
+    after: np.ndarray  # (L, S) the next place, cell by cell
+    clear: np.ndarray  # (places, k) bool, see StraightLines
+    fields: np.ndarray  # (FIELDS, S) the next place to single places
+    used: np.ndarray  # (FIELDS + 1,) place that each field is of; the last: the oldest
+    heap: np.ndarray  # HEAP, of a search
+    found: np.ndarray  # (S,) FOUND, by a search
+    path: np.ndarray  # (S,) the next places of one search
+    rows: np.ndarray  # ROW
+    square: np.ndarray  # (rows, side * side) bits, of the square around a place
+    hits: np.ndarray  # HIT, of rows in turn
+    opens: np.ndarray  # OPEN
+    lists: np.ndarray  # holes and patches looked at; cells of stairwells
+
+
+class Tables:
+    """The tables of one Sight, which grow."""
+
+    def __init__(self, sight: Sight):
+        """Build what does not depend on who stands where."""
+        nav = sight.navigation
+        building = sight.building
+        self.sight = sight
+        self.half = int(sight.reach) + 1
+        self.side = 2 * self.half + 1
+        self.patches = int(sight.patches.max()) + 2
+        self._ends = {"rows": 0, "hits": 0, "opens": 0, "lists": 0}
+
+        cells = np.zeros(nav.places, CELL)
+        cells["x"], cells["y"] = nav.centres.T
+        cells["to_landmarks"] = nav.to_landmarks
+        cells["mark"] = building.landmark.ravel()
+        cells["area"] = building.area.ravel()
+        cells["patch"] = sight.patches
+        cells["row"] = -1
+        cells["field"] = -1
+        cells["walkable"] = nav.walkable
+        cells["steps"] = _steps(nav)
+
+        marks = np.zeros(len(building.landmarks), MARK)
+        after = np.zeros((len(marks), nav.floor_size), np.int32)
+        for k, mark in enumerate(building.landmarks):
+            marks[k] = (
+                *mark.position, mark.width, mark.floor, int(mark.kind),
+                mark.stairwell, mark.leads_out,
+            )  # fmt: skip
+            goals = tuple(nav.goals[k].tolist())
+            after[k] = nav._search_floor(mark.floor, None, goals)[1]
+
+        self.arrays = Arrays(
+            cells=cells,
+            marks=marks,
+            wells=np.zeros(len(building.stairwells), WELL),
+            landings=_landings(nav),
+            waypoint=nav.waypoint,
+            after=after,
+            clear=nav.clear.table,
+            fields=np.zeros((FIELDS, nav.floor_size), np.int32),
+            used=np.full(FIELDS + 1, -1, np.int32),
+            heap=np.zeros(8 * nav.floor_size + 8, HEAP),
+            found=np.zeros(nav.floor_size, FOUND),
+            path=np.zeros(nav.floor_size, np.int32),
+            rows=np.zeros(64, ROW),
+            square=np.zeros((64, self.side * self.side), np.uint8),
+            hits=np.zeros(256, HIT),
+            opens=np.zeros(256, OPEN),
+            lists=np.zeros(1024, np.int32),
+        )
+        self.arrays.used[-1] = 0
+        self._wells(nav)
+
+    def _wells(self, nav: Navigation) -> None:
+        end = 0
+        for k, well in enumerate(nav.building.stairwells):
+            first, last = self._append_list(nav.places_of(0, well.cells).tolist())
+            begin = end
+            end += sum(len(nav.goals[m]) for m in well.entrances[well.lowest])
+            self.arrays.wells[k] = (well.lowest, first, last, begin, end)
+
+    # -- Rows -----------------------------------------------------------------------
+
+    def add_row(self, p: int, holes: frozenset[int]) -> None:
+        """Add what is seen from a place through these holes, by the book's Sight."""
+        sight = self.sight
+        line = sight.in_line(p, holes)
+        hits = []
+        plain = sight.landmarks(p)
+        stops = sorted(sight._stops(p, holes))
+        for mark, hit in sight.landmarks(p, holes).items():
+            met = [q for q in stops if sight._marks[q] == mark]
+            end = min(met, key=lambda q: sight._metres(p, q))
+            kind = int(Kind[hit.kind.upper()])
+            hits.append((hit.distance, mark, kind, end, mark in plain))
+        opens = [(*way.unit, way.patch, way.place) for way in sight.open(p, holes)]
+
+        number = self._room("rows", 1)
+        self._grow("square", number + 1)
+        row = self.arrays.rows[number]
+        row["place"] = p
+        row["holes"], row["holes_end"] = self._append_list(sorted(holes))
+        row["looked"], row["looked_end"] = self._append_list(
+            sorted(sight.looked_at(p, holes))
+        )
+        row["hits"], row["hits_end"] = self._append("hits", hits)
+        row["opens"], row["opens_end"] = self._append("opens", opens)
+        self._mark(number, p, line, IN_LINE)
+        self._mark(number, p, sight.seen(p, holes), SEEN)
+        self._mark(number, p, line & sight.rooms or line, GROUND)
+        if not holes:
+            self._mark(number, p, sight.overlooked(p), OVERLOOKED)
+
+        # the row without holes comes first: others are asked for after it
+        cell = self.arrays.cells[p]
+        row["next"] = -1
+        if cell["row"] < 0:
+            cell["row"] = number
+        else:
+            first = self.arrays.rows[cell["row"]]
+            row["next"] = first["next"]
+            first["next"] = number
+
+    def need(self, places: Iterable[int]) -> None:
+        """See to it that these places have a row without holes."""
+        for p in places:
+            if self.arrays.cells["row"][p] < 0:
+                self.add_row(p, frozenset())
+
+    def _mark(self, number: int, p: int, places: Iterable[int], bit: int) -> None:
+        cols = self.sight.navigation.cols
+        q = np.fromiter(places, np.int64)
+        down = q // cols - p // cols
+        right = q - p - down * cols
+        assert not len(q) or max(abs(down).max(), abs(right).max()) <= self.half
+        k = (down + self.half) * self.side + right + self.half
+        self.arrays.square[number, k] |= bit
+
+    def _append_list(self, numbers: list[int]) -> tuple[int, int]:
+        return self._append("lists", numbers)
+
+    def _append(self, name: str, things: list[Any]) -> tuple[int, int]:
+        first = self._room(name, len(things))
+        array = getattr(self.arrays, name)
+        for k, thing in enumerate(things, first):
+            array[k] = thing
+        return first, first + len(things)
+
+    def _room(self, name: str, count: int) -> int:
+        """Make room for so many more; return where they begin."""
+        first = self._ends[name]
+        self._ends[name] = first + count
+        self._grow(name, first + count)
+        return first
+
+    def _grow(self, name: str, least: int) -> None:
+        array = getattr(self.arrays, name)
+        if len(array) < least:
+            longer = np.zeros((2 * least, *array.shape[1:]), array.dtype)
+            longer[: len(array)] = array
+            self.arrays = self.arrays._replace(**{name: longer})
+
+
+def _steps(nav: Navigation) -> np.ndarray:
+    """(places,) bits: to which of NEIGHBOURS may one step?"""
+    bits = np.zeros((nav.floors, nav.floor_size), np.int32)
+    for floor, steps in enumerate(nav.steps):
+        start = np.repeat(np.arange(nav.floor_size), np.diff(steps.indptr))
+        for k, (down, right) in enumerate(NEIGHBOURS):
+            there = steps.indices - start == down * nav.cols + right
+            bits[floor, start[there]] |= 1 << k
+    return bits.ravel()
+
+
+def _landings(nav: Navigation) -> np.ndarray:
+    """Where people step out of each stairwell, in the order in which they try."""
+    found = []
+    for well in nav.building.stairwells:
+        for mark in well.entrances[well.lowest]:
+            for p in nav.goals[mark].tolist():
+                beyond = nav.place_beyond(p, well.areas[well.lowest])
+                found.append((p, mark, beyond))
+    return np.array(found, LANDING)
+
+
+def tables_of(sight: Sight) -> Tables:
+    """The tables of a Sight, begun once; they go when it goes."""
+    kept: Tables = vars(sight).setdefault("_engine", None) or Tables(sight)
+    vars(sight)["_engine"] = kept
+    return kept

@@ -1,0 +1,432 @@
+"""Algorithms 1 and 2 and the memory of people: mirrors `humans`, in its order.
+
+A goal is three numbers: aim, which, place.  Memory is one row of numbers, see `State`.
+
+    N  the numbers;  me  a record MIND;  mine  its memory;  observe  the view
+"""
+
+from math import sqrt
+
+import numpy as np
+
+from reference.workshop.engine.mirrors import mirrors
+from reference.workshop.engine.sees import (
+    ENTRANCE,
+    EXIT,
+    LANDMARK,
+    burns,
+    burns_towards,
+    hit_of,
+    is_burnt,
+    is_overlooked,
+    next_place,
+    passable,
+    reaches,
+    safe,
+    sighted,
+    suitable_leader,
+)
+from reference.workshop.engine.state import NOT_TOLD
+from reference.workshop.engine.tables import GROUND
+from reference.world import Aim, Mode
+
+NOTHING = int(Aim.NOTHING)
+DIRECTION = int(Aim.DIRECTION)
+AIM_LEADER = int(Aim.LEADER)
+THRESHOLD = int(Aim.THRESHOLD)
+FOLLOWER = int(Mode.FOLLOWER)
+LEADER = int(Mode.LEADER)
+STAY = (NOTHING, -1, -1)
+
+
+# -- Terms that the algorithms leave open -------------------------------------------
+
+
+@mirrors("humans.stuck da5d80")
+def stuck(N, me, observe):
+    """Has this human tried to move without headway for STUCK_SECONDS? [B5, chosen]"""
+    v = observe.now[0]
+    halted = v.time - v.halted_since > N.STUCK_SECONDS + 1e-9
+    return halted or v.time < me.waits_until
+
+
+@mirrors("humans.exit_in_view 5f88ff")
+def exit_in_view(observe):
+    """The nearest exit that a ray meets, flames or not, or -1 [B6, Alg. 2:2]."""
+    v = observe.now[0]
+    for k in range(v.hits, v.hits_end):
+        if observe.hits[k].kind == EXIT:
+            return np.int64(observe.hits[k].mark)
+    return -1
+
+
+@mirrors("humans.desired 4c9fbe")
+def desired(N, me, mine, observe):
+    """The stair or door in view to go to, or -1 [B6, chosen]."""
+    v = observe.now[0]
+    if me.aim == LANDMARK and hit_of(observe, me.which) < 0:
+        gone = mine[me.which] or is_burnt(observe, me.which)
+        if not gone and not stuck(N, me, observe):
+            return me.which
+    first = -1
+    first_stairs = -1
+    kept = -1
+    kept_stairs = -1
+    for k in range(v.hits, v.hits_end):
+        hit = observe.hits[k]
+        if mine[hit.mark] or not safe(N, observe, k):
+            continue
+        mine_already = me.aim == LANDMARK and me.which == hit.mark
+        if first < 0:
+            first = k
+        if mine_already:
+            kept = k
+        if hit.kind == ENTRANCE:
+            if first_stairs < 0:
+                first_stairs = k
+            if mine_already:
+                kept_stairs = k
+    if first_stairs >= 0:
+        return kept_or_nearest(N, observe, kept_stairs, first_stairs)
+    return kept_or_nearest(N, observe, kept, first)
+
+
+@mirrors("humans.not_yet_visited 6f20f2")
+def not_yet_visited(N, me, mine, observe):
+    """A door or stair in view, not yet visited, to be reached, or -1 [Alg. 2:13]."""
+    v = observe.now[0]
+    first = -1
+    kept = -1
+    for k in range(v.hits, v.hits_end):
+        hit = observe.hits[k]
+        if mine[hit.mark] or not passable(N, observe, k):
+            continue
+        if first < 0:
+            first = k
+        if me.aim == LANDMARK and me.which == hit.mark:
+            kept = k
+    return kept_or_nearest(N, observe, kept, first)
+
+
+@mirrors("humans._kept_or_nearest 2020d7")
+def kept_or_nearest(N, observe, kept, first):
+    """The nearest, unless the goal is less than GOAL_HYSTERESIS farther."""
+    if kept >= 0:
+        farther = observe.hits[kept].distance - observe.hits[first].distance
+        if farther < N.GOAL_HYSTERESIS:
+            return np.int64(observe.hits[kept].mark)
+    return np.int64(observe.hits[first].mark) if first >= 0 else -1
+
+
+@mirrors("humans.leader_in_sight 6424de")
+def leader_in_sight(N, me, observe):
+    """Is the leader in line of sight, or was it a moment ago? [B5, Alg. 1:5]"""
+    if sighted(observe, me.leader) >= 0:
+        return True
+    if me.leader == -1 or observe.now[0].place == me.seen_place:
+        return False
+    return observe.now[0].time - me.seen_at < N.LEADER_GRACE_SECONDS
+
+
+@mirrors("humans.unexplored 051184", "view.View.open ffc6c9")
+def unexplored(N, me, mine, observe):
+    """The unexplored direction that needs the least turning, or STAY [B2]."""
+    v = observe.now[0]
+    if me.aim == DIRECTION and me.which != -1 and me.which != v.patch:
+        if not burns_towards(N, observe, me.place):
+            return me.aim, me.which, me.place
+    best = -1
+    least = 0.0
+    for k in range(v.opens, v.opens_end):
+        way = observe.opens[k]
+        if mine[N.patches + 1 + way.patch] or burns_towards(N, observe, way.place):
+            continue
+        turn = way.x * me.facing_x + way.y * me.facing_y
+        if best < 0 or turn > least:
+            best = k
+            least = turn
+    if best < 0:
+        return STAY
+    way = observe.opens[best]
+    return DIRECTION, np.int64(way.patch), np.int64(way.place)
+
+
+# -- What the algorithms do ---------------------------------------------------------
+
+
+@mirrors("humans.switch_mode d32410")
+def switch_mode(me):
+    """Switch from follower to leader or back, and stay for a moment [B4]."""
+    me.mode = LEADER if me.mode == FOLLOWER else FOLLOWER
+    return STAY
+
+
+@mirrors("humans.follow 69acc3")
+def follow(N, me, observe, leader):
+    """Switch to follower of a body in view [B6, Alg. 2:7]."""
+    switch_mode(me)
+    me.leader = leader
+    remember_leader(me, observe)
+    return towards_leader(N, me, observe)
+
+
+@mirrors("humans.disconnect 227e53")
+def disconnect(N, me, observe):
+    """Let go of a leader out of sight and lead oneself [B5, Alg. 1:11]."""
+    time = observe.now[0].time
+    if me.leader != -1:
+        me.leader = -1
+        me.pause_until = time + N.LEADER_PAUSE_SECONDS
+    if stuck(N, me, observe) and time >= me.waits_until:
+        me.waits_until = time + N.STUCK_WAIT_SECONDS
+    if time < me.waits_until:
+        return STAY
+    return switch_mode(me)
+
+
+@mirrors("humans.towards_leader 31912a")
+def towards_leader(N, me, observe):
+    """Walk to where the leader was seen last, but not into them [B5, Alg. 1:6]."""
+    k = sighted(observe, me.leader)
+    if k >= 0 and observe.seen[k].metres < N.FOLLOW_DISTANCE:
+        return AIM_LEADER, me.leader, -1
+    return AIM_LEADER, me.leader, me.seen_place
+
+
+@mirrors("humans.back_to_last_door 594324")
+def back_to_last_door(N, me, mine, observe, some):
+    """Go back through the door passed last, then the one before [B6, Alg. 2:17]."""
+    if me.trail and mine[N.trail + 2 * me.trail - 2] == observe.now[0].here:
+        me.trail -= 1
+    if me.trail:
+        return LANDMARK, np.int64(mine[N.trail + 2 * me.trail - 2]), -1
+    return look_again(N, me, mine, observe, some)
+
+
+@mirrors("humans.look_again 775121", "view.View.nearest 76f0f9",
+         "rays.Sight.nearest 6064c5", "view.View.ground 42a95b", "view.View.overlooked 3990b8",
+         "rays.Sight.overlooked 660c4c")  # fmt: skip
+def look_again(N, me, mine, observe, some):
+    """Go to the floor in view that was looked at longest ago, or never [B6, chosen]."""
+    v = observe.now[0]
+    here = v.place
+    count = 0
+    there = False
+    for k in range(N.side * N.side):
+        if observe.square[v.row, k] & GROUND:
+            q = here + (k // N.side - N.half) * N.cols + k % N.side - N.half
+            if not burns_towards(N, observe, q):
+                some[count] = q
+                count += 1
+                there = there or q == me.place
+    if me.aim == DIRECTION and not there and not burns_towards(N, observe, me.place):
+        some[count] = me.place
+        count += 1
+
+    stamp = me.stamp + 1
+    start = me.home * N.floor_size
+    while True:  # the latest first
+        latest = 0
+        place = -1
+        for p in range(N.floor_size):
+            if latest < mine[N.been + p] < stamp:
+                latest = mine[N.been + p]
+                place = p
+        if place < 0:
+            break
+        stamp = latest
+        left = 0
+        for k in range(count):
+            left += not is_overlooked(N, observe, start + place, some[k])
+        if not left:
+            break
+        kept = 0
+        for k in range(count):
+            q = some[k]
+            if not is_overlooked(N, observe, start + place, q):
+                some[kept] = q
+                kept += 1
+        count = kept
+
+    for k in range(count):
+        if some[k] == me.place:
+            return DIRECTION, -1, me.place
+    best = here
+    nearest = np.inf
+    for k in range(count):
+        q = np.int64(some[k])
+        x = observe.cells[q].x - observe.cells[here].x
+        y = observe.cells[q].y - observe.cells[here].y
+        metres = sqrt(x * x + y * y)
+        if metres < nearest or (metres == nearest and q < best):
+            nearest = metres
+            best = q
+    return DIRECTION, -1, best
+
+
+# -- The algorithms -----------------------------------------------------------------
+
+
+@mirrors("humans.Follower.setoff 5f9aee", "humans.act_on_instruction 7a90f3")
+def follower_sets_off(N, me, observe):
+    """Algorithm 1: one pass of lines 2-12 [B5, Alg. 1]."""
+    if not stuck(N, me, observe) and me.leader == -1:  # Alg. 1:2
+        return switch_mode(me)  # Alg. 1:3
+    if leader_in_sight(N, me, observe):  # Alg. 1:5
+        if me.told != NOT_TOLD and hit_of(observe, me.told) >= 0:  # Alg. 1:7
+            return LANDMARK, me.told, -1  # Alg. 1:8
+        return towards_leader(N, me, observe)  # Alg. 1:6
+    return disconnect(N, me, observe)  # Alg. 1:10, 11
+
+
+@mirrors("humans.Leader.setoff ecbd0a", "humans.go_to c61ec8")
+def leader_sets_off(N, me, mine, observe, some):
+    """Algorithm 2: one pass of lines 2-22 [B6, Alg. 2]."""
+    nearest = exit_in_view(observe)
+    if nearest >= 0:  # Alg. 2:2
+        return LANDMARK, nearest, -1  # Alg. 2:3
+    if observe.now[0].robot >= 0:  # Alg. 2:6, 7
+        return follow(N, me, observe, observe.now[0].robot)
+    wanted = desired(N, me, mine, observe)
+    if wanted >= 0:  # Alg. 2:5
+        leader = suitable_leader(N, me, observe, wanted)
+        if leader >= 0:  # Alg. 2:6
+            return follow(N, me, observe, leader)  # Alg. 2:7
+        return LANDMARK, wanted, -1  # Alg. 2:8, 9
+    fresh = not_yet_visited(N, me, mine, observe)  # Alg. 2:11, 12
+    if fresh < 0:  # Alg. 2:13
+        direction = unexplored(N, me, mine, observe)
+        if direction[0] != NOTHING:  # Alg. 2:14
+            return direction  # Alg. 2:15
+        return back_to_last_door(N, me, mine, observe, some)  # Alg. 2:16, 17
+    return LANDMARK, fresh, -1  # Alg. 2:19, 20
+
+
+@mirrors("humans.think ed5b74")
+def think(N, me, mine, observe, some):
+    """Let one human decide once where to go; True: not where they went before."""
+    remember(N, me, mine, observe)
+    if me.aim == THRESHOLD and observe.now[0].place != me.place:
+        if not (burns(N, observe, me.place) or stuck(N, me, observe)):
+            return False  # on past the door just entered
+    if me.mode == LEADER:
+        goal = leader_sets_off(N, me, mine, observe, some)
+    else:
+        goal = follower_sets_off(N, me, observe)
+    if goal[0] != me.aim or goal[1] != me.which or goal[2] != me.place:
+        me.aim = goal[0]
+        me.which = goal[1]
+        me.place = goal[2]
+        return True
+    return False
+
+
+# -- Memory -------------------------------------------------------------------------
+
+
+@mirrors(
+    "humans.remember 633f27", "view.View.looked_at 81ea5d", "view.View.of_room 746ecb"
+)
+def remember(N, me, mine, observe):
+    """Update the memory from the view, before the algorithm asks about it."""
+    v = observe.now[0]
+    for k in range(v.looked, v.looked_end):
+        mine[N.patches + 1 + observe.lists[k]] = 1
+    me.stamp += 1
+    me.home = v.place // N.floor_size
+    mine[N.been + v.place % N.floor_size] = me.stamp
+    if v.room != -1:
+        for k in range(v.hits, v.hits_end):
+            hit = observe.hits[k]
+            if hit.of_room:
+                if mine[N.seen_from + hit.mark] == -1:
+                    mine[N.seen_from + hit.mark] = v.room
+                elif mine[N.seen_from + hit.mark] != v.room:
+                    mine[hit.mark] = 1
+    if me.aim == DIRECTION and burns_towards(N, observe, me.place):
+        mine[N.patches + 1 + me.which] = 1
+    kept = 0
+    for k in range(me.trail):
+        door = mine[N.trail + 2 * k]
+        side = mine[N.trail + 2 * k + 1]
+        if not is_burnt(observe, door):
+            mine[N.trail + 2 * kept] = door
+            mine[N.trail + 2 * kept + 1] = side
+            kept += 1
+    me.trail = kept
+    remember_leader(me, observe)
+
+
+@mirrors("humans._remember_leader 05de1c")
+def remember_leader(me, observe):
+    """Note when and where the leader is seen and what it says, if it is in sight."""
+    k = sighted(observe, me.leader)
+    if k >= 0:
+        me.seen_at = observe.now[0].time
+        me.seen_place = observe.seen[k].place
+        me.told = observe.seen[k].told
+
+
+@mirrors("humans.pass_landmark e15877")
+def pass_landmark(N, me, mine, landmark, side, beyond):
+    """Remember a door or entrance just entered; a leader goes on past it [B6]."""
+    door = -1
+    from_side = -1
+    if me.trail:
+        door = mine[N.trail + 2 * me.trail - 2]
+        from_side = mine[N.trail + 2 * me.trail - 1]
+    passing_by = me.aim == DIRECTION or (me.aim == LANDMARK and me.which != landmark)
+    if me.trail and door == landmark and from_side != side:
+        me.trail -= 1  # walked back through it: drop it
+    elif (not me.trail or door != landmark or from_side != side) and not passing_by:
+        mine[N.trail + 2 * me.trail] = landmark
+        mine[N.trail + 2 * me.trail + 1] = side
+        me.trail += 1
+    mine[landmark] = 1
+    if me.mode == LEADER:
+        me.aim = THRESHOLD
+        me.which = landmark
+        me.place = beyond
+
+
+@mirrors("humans.forget 6962cf")
+def forget(N, me, mine):
+    """Forget doors, the way back and what was explored, all together [B6]."""
+    mine[: N.trail] = 0
+    mine[N.seen_from : N.patches] = -1
+    me.trail = 0
+    me.stamp = 0
+
+
+@mirrors("humans.arrive 208c08")
+def arrive(N, me, mine, landmark, beyond):
+    """Forget the floor above; begin on this one as a leader who knows its entrance."""
+    me.mode = LEADER
+    me.leader = -1
+    forget(N, me, mine)
+    pass_landmark(N, me, mine, landmark, -1, beyond)
+    me.trail = 0
+
+
+# -- Minds and bodies ---------------------------------------------------------------
+
+
+@mirrors("humans._show_decision 6611a6", "humans._straight aebd63")
+def show_decision(N, me, body, cells, clear, fields, used, heap, found):
+    """Copy mode, leader and goal of one mind to its body, which then walks there."""
+    body.mode = me.mode
+    body.leader = me.leader
+    body.landmark = me.which if me.aim == LANDMARK else -1
+    if me.place == -1:
+        body.goal_x = body.x
+        body.goal_y = body.y
+        body.target_x = body.x
+        body.target_y = body.y
+        return
+    at = me.place
+    body.goal_x = cells[at].x
+    body.goal_y = cells[at].y
+    if me.aim == DIRECTION and not reaches(N, clear, body.place, at):
+        at = next_place(N, cells, fields, used, heap, found, body.place, at)
+    body.target_x = cells[at].x
+    body.target_y = cells[at].y

@@ -1,0 +1,302 @@
+"""The tick, from one decision to the next: mirrors `simulation.step`.
+
+A call goes on until something is the book's to do, and says what: the strategies
+decide, a row of the tables is missing, there is no more room.
+
+    N  the numbers;  T  the tables;  S  the state
+"""
+
+from math import inf
+
+import numpy as np
+
+from reference.building import Kind
+from reference.workshop.engine.burns import advance_flames, burn_doors, lose_health
+from reference.workshop.engine.mirrors import compiled, mirrors
+from reference.workshop.engine.robots import act
+from reference.workshop.engine.sees import (
+    EXIT,
+    INSIDE,
+    Observe,
+    face,
+    look,
+    place_beyond,
+    row_of,
+)
+from reference.workshop.engine.state import DIED, DOOR_BURNT, EVACUATED, LEFT_FLOOR
+from reference.workshop.engine.thinks import pass_landmark, show_decision, think
+from reference.workshop.engine.walks import (
+    Around,
+    advance,
+    descend,
+    enter_stairs,
+    neighbours,
+    step,
+    target,
+)
+from reference.world import FLOOR_APART, Fate
+
+OUT = int(Fate.EVACUATED)
+DEAD = int(Fate.DEAD)
+STAIRS = int(Kind.ENTRANCE)
+
+# where a call goes on
+SENSE, ROBOTS, MOVE = range(3)
+# why it came back
+PLAYED, OVER, STRATEGIES, ROW, TRAILS, PAIRS, EVENTS = range(7)
+
+
+@mirrors("simulation.Simulation.step 5b2e4c", "simulation.Simulation.burn 6e91f8",
+         "simulation.Simulation.robots_move 33a19e", entry=True)  # fmt: skip
+def play(T, S, rng):
+    """Go on until the book has something to do; say what."""
+    N = S.numbers[0]
+    clock = S.clock[0]
+    observe = Observe(
+        S.now, S.seen, T.cells, T.square, T.hits, T.opens, T.lists, S.burning
+    )  # fmt: skip
+    while True:
+        if clock.phase == SENSE:
+            if clock.left == 0:
+                return PLAYED
+            if is_done(N, clock, S.bodies):
+                return OVER
+            if clock.events + 4 * N.people + N.landmarks > len(S.events):
+                return EVENTS
+            for i in range(N.people):
+                if S.minds[i].trail + 1 > N.most_trail:
+                    return TRAILS
+            if not sense(N, T, S):
+                return ROW
+            decide(N, T, S, observe)
+            clock.phase = ROBOTS
+            if clock.ticks % N.decision_ticks == 0:
+                if len(S.robots) or (clock.fire and fire_turn(N, clock)):
+                    return STRATEGIES
+
+        if clock.phase == ROBOTS:
+            for k in range(len(S.robots)):
+                act(N, T, S, clock, k)
+            clock.phase = MOVE
+
+        if clock.phase == MOVE:
+            if not people_move(N, T, S, rng):
+                return PAIRS
+            inside = 0
+            for i in range(N.people):
+                inside += S.bodies[i].fate == INSIDE
+            clock.ticks += 1
+            clock.time = clock.ticks * N.tick
+            clock.person_seconds += N.tick * inside
+            if clock.time >= clock.flames_change and clock.ticks % N.flame_ticks == 0:
+                advance_flames(
+                    N, clock, T.cells, S.arrival, S.burning, S.ash, S.harm, S.cost
+                )
+                burn_doors(N, T.cells, T.marks, S.burning, S.burnt, S.fresh)
+                for mark in range(N.landmarks):  # in the order of their numbers
+                    if S.fresh[mark]:
+                        S.fresh[mark] = 0
+                        S.burnt[mark] = True
+                        record(S, clock, DOOR_BURNT, -1, -1, 0.0, mark)
+
+        lose_health(N, clock, S.bodies, S.harm)
+        settle(N, T, S, clock)
+        clock.phase = SENSE
+        clock.left -= 1
+
+
+@mirrors("simulation.Simulation.done 2d1bf3")
+def is_done(N, clock, bodies):
+    """Nobody is inside any more, or time is up."""
+    if clock.time >= N.time_limit - 1e-9:
+        return True
+    for i in range(N.people):
+        if bodies[i].fate == INSIDE:
+            return False
+    return True
+
+
+@mirrors("simulation.Simulation.fire_turn 37158f")
+def fire_turn(N, clock):
+    """Is it the fire's turn, with sources left, at a decision? [D2, D6]"""
+    since = clock.ticks // N.decision_ticks - N.fire_first
+    return since >= 0 and since % N.fire_every == 0 and clock.sources < N.most_sources
+
+
+# -- SENSE and DECIDE ---------------------------------------------------------------
+
+
+@compiled
+def sense(N, T, S):
+    """Find the row of all who are due; False: one is missing."""
+    for i in range(N.people):
+        body = S.bodies[i]
+        if S.due[i] and body.fate == INSIDE and body.stairwell < 0:
+            row = row_of(
+                T.rows, T.cells, T.hits, T.lists, S.burnt, S.wanted, body.place
+            )
+            if row < 0:
+                return False
+            S.row_of[i] = row
+    return True
+
+
+@mirrors("humans.decide fb2cbf")
+def decide(N, T, S, observe):
+    """Let those who are due think; then show on their bodies what they have decided."""
+    for i in range(N.people):
+        body = S.bodies[i]
+        here = body.fate == INSIDE and body.stairwell < 0
+        S.spots[i, 0] = body.x + FLOOR_APART * body.floor if here else inf
+        S.spots[i, 1] = body.y
+    for i in range(N.people):
+        body = S.bodies[i]
+        if S.due[i] and body.fate == INSIDE and body.stairwell < 0:
+            me = S.minds[i]
+            look(
+                N, S.clock[0], S.bodies, S.spots, S.robots, S.burnt, T.cells,
+                T.rows[S.row_of[i]], observe, S.row_of[i], i,
+            )  # fmt: skip
+            if think(N, me, S.memory[i], observe, S.some):
+                face(me, body.place, T.cells, T.marks)
+    for i in range(N.people):
+        body = S.bodies[i]
+        if S.due[i] and body.fate == INSIDE and body.stairwell < 0:
+            show_decision(
+                N, S.minds[i], body, T.cells, T.clear, T.fields, T.used, T.heap, T.found
+            )
+
+
+# -- MOVE ---------------------------------------------------------------------------
+
+
+@mirrors("simulation.Simulation._people_move 25036e")
+def people_move(N, T, S, rng):
+    """Walk people one tick; False: there is no room for so many pairs."""
+    clock = S.clock[0]
+    n = 0
+    for i in range(N.people):
+        body = S.bodies[i]
+        if body.fate == INSIDE and body.stairwell < 0:
+            w = S.walkers[n]
+            w.i = i
+            w.floor = body.floor
+            w.x = body.x
+            w.y = body.y
+            w.pace = body.pace
+            n += 1
+    count = neighbours(N, S.walkers, n, S.pairs)
+    if count < 0:
+        return False
+
+    for k in range(n):
+        w = S.walkers[k]
+        body = S.bodies[w.i]
+        w.inside = T.cells[body.place].mark
+        reckless = body.reckless_until > clock.time - 1e-9
+        w.fearless = S.burning[body.place] or reckless
+        target(
+            N, T.cells, T.fields, T.used, T.heap, T.found, T.after, T.waypoint, clock,
+            body, w,
+        )  # fmt: skip
+    around = Around(T.cells, S.full_until, S.burning, S.clock)
+    step(N, around, S.walkers, n, S.pairs, count, rng)
+    clock.touched = 0
+    clock.walked = n
+    for k in range(n):
+        advance(N, T.cells, clock, S.bodies, S.touched, S.walkers[k])
+    fill_doors(N, T, S, clock)
+    return True
+
+
+@mirrors("simulation.Simulation.fill_doors 08e3cc")
+def fill_doors(N, T, S, clock):
+    """Close the doors, entrances and exits just entered until they have room [A5]."""
+    for k in range(clock.touched):
+        mark = T.cells[S.bodies[S.touched[k].i].place].mark
+        count = 0
+        first = True
+        for other in range(clock.touched):
+            if T.cells[S.bodies[S.touched[other].i].place].mark == mark:
+                count += 1
+                first = first and other >= k
+        if not first:
+            continue
+        way = T.marks[mark]
+        flow = N.STAIRS_FLOW if way.kind == STAIRS else N.DOOR_FLOW
+        filled = S.full_until[mark]
+        since = filled if filled > clock.time - N.tick + 1e-9 else clock.time
+        S.full_until[mark] = since + count / (flow * way.width)
+
+
+# -- SETTLE -------------------------------------------------------------------------
+
+
+@mirrors("simulation.Simulation.settle 6ff1a0")
+def settle(N, T, S, clock):
+    """Settle deaths, triggers and stairs; set who thinks in the next tick [B4]."""
+    for i in range(N.people):
+        body = S.bodies[i]
+        if body.health <= N.NO_HEALTH and body.fate == INSIDE:
+            body.health = 0.0
+            leave(body, DEAD)
+            record(S, clock, DIED, i, body.floor, 0.0, -1)
+
+    turn = clock.ticks % N.RECONSIDER_TICKS
+    for i in range(N.people):
+        S.due[i] = S.turn[i] == turn
+    for k in range(clock.touched):
+        i = S.touched[k].i
+        if S.bodies[i].fate == INSIDE:
+            touch(N, T, S, clock, i, S.touched[k].before)
+
+    for i in range(N.people):
+        body = S.bodies[i]
+        if body.stairs_until <= clock.time:
+            passed = descend(N, T, clock, S, i)
+            if passed >= 0:
+                record(S, clock, LEFT_FLOOR, i, passed, body.health, -1)
+            S.due[i] = body.fate == INSIDE and body.stairwell < 0
+
+
+@mirrors("simulation.Simulation._touch bfb8df")
+def touch(N, T, S, clock, i, before):
+    """Fire the trigger of the door, entrance or exit that a body touches [A5]."""
+    body = S.bodies[i]
+    mark = np.int64(T.cells[body.place].mark)
+    landmark = T.marks[mark]
+    if landmark.leads_out:
+        record(S, clock, LEFT_FLOOR, i, landmark.floor, body.health, -1)
+    if landmark.kind == EXIT:  # out: the loop ends [A4, Alg. 1:1, Alg. 2:1]
+        leave(body, OUT)
+        record(S, clock, EVACUATED, i, landmark.floor, body.health, mark)
+    elif landmark.leads_out:
+        enter_stairs(N, T, clock, S, i, mark)
+    elif not S.burnt[mark]:
+        side = np.int64(T.cells[before].area)
+        beyond = place_beyond(N, T.cells, body.place, side)
+        pass_landmark(N, S.minds[i], S.memory[i], mark, side, beyond)
+        S.due[i] = True
+
+
+@mirrors("simulation.Simulation._leave 4785c3")
+def leave(body, fate):
+    """Take a human out of the simulation."""
+    body.fate = fate
+    body.leader = -1
+    body.landmark = -1
+    body.stairwell = -1
+    body.stairs_until = inf
+
+
+@mirrors("simulation.Simulation._record 5859b9")
+def record(S, clock, kind, person, floor, health, mark):
+    """Note an event, to be told to the book."""
+    event = S.events[clock.events]
+    event.time = clock.time
+    event.health = health
+    event.kind = kind
+    event.person = person
+    event.floor = floor
+    event.mark = mark
+    clock.events += 1
