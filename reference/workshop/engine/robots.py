@@ -8,8 +8,9 @@ from math import sqrt
 import numpy as np
 
 from reference.workshop.engine.mirrors import mirrors
-from reference.workshop.engine.sees import INSIDE, next_place, reaches, search
+from reference.workshop.engine.sees import INSIDE
 from reference.workshop.engine.walks import place_around
+from reference.workshop.engine.ways import nearest_free, next_place, reaches, search
 
 
 @mirrors("world.World.anybody_at_or_above bbe873", "world.World.occupancy 28a901")
@@ -73,23 +74,6 @@ def plan(N, T, S, clock, robot, way):
     if robot.end == robot.at:
         way[robot.end] = at
         robot.end += 1
-
-
-@mirrors("navigation.Navigation.nearest_free e02afb")
-def nearest_free(N, cells, floor, x, y):
-    """The walkable place of a floor whose centre is nearest to a point."""
-    best = -1
-    least = np.inf
-    for p in range(floor * N.floor_size, (floor + 1) * N.floor_size):
-        cell = cells[p]
-        if cell.walkable:
-            east = cell.x - x
-            north = cell.y - y
-            square = east * east + north * north
-            if square < least:
-                least = square
-                best = p
-    return best
 
 
 @mirrors("robots.speed_while_leading 0dfe2f", "robots.followers_of 7ebcdd")

@@ -19,15 +19,14 @@ from reference.workshop.engine.sees import (
     hit_of,
     is_burnt,
     is_overlooked,
-    next_place,
     passable,
-    reaches,
     safe,
     sighted,
     suitable_leader,
 )
 from reference.workshop.engine.state import NOT_TOLD
 from reference.workshop.engine.tables import GROUND
+from reference.workshop.engine.ways import next_place, reaches
 from reference.world import Aim, Mode
 
 NOTHING = int(Aim.NOTHING)

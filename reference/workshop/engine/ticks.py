@@ -20,7 +20,6 @@ from reference.workshop.engine.sees import (
     Observe,
     face,
     look,
-    place_beyond,
     row_of,
 )
 from reference.workshop.engine.state import DIED, DOOR_BURNT, EVACUATED, LEFT_FLOOR
@@ -34,6 +33,7 @@ from reference.workshop.engine.walks import (
     step,
     target,
 )
+from reference.workshop.engine.ways import place_beyond
 from reference.world import FLOOR_APART, Fate
 
 OUT = int(Fate.EVACUATED)

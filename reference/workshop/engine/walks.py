@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from reference.workshop.engine.mirrors import compiled, mirrors
-from reference.workshop.engine.sees import INSIDE, next_place
+from reference.workshop.engine.sees import INSIDE
 from reference.workshop.engine.thinks import arrive
+from reference.workshop.engine.ways import next_place
 
 
 class Around(NamedTuple):
