@@ -57,7 +57,7 @@ def next_place(N, cells, fields, used, heap, found, p, goal):
         used[-1] = (slot + 1) % len(fields)
         if used[slot] >= 0:
             cells[used[slot]].field = -1
-        search(N, cells, goal, -1, np.empty(0), heap, found, fields[slot])
+        search(N, cells, goal, -1, fields[slot, :0], heap, found, fields[slot])
         used[slot] = goal
         cells[goal].field = slot
     return np.int64(fields[slot, p % size])
