@@ -8,15 +8,13 @@ import ast
 import hashlib
 import importlib
 import inspect
-import os
 import sys
-import tempfile
 import textwrap
 from collections.abc import Callable
 from enum import EnumMeta
 from functools import cached_property
 from inspect import getclosurevars
-from pathlib import Path
+from types import CodeType
 from typing import Any, NamedTuple
 
 import numba
@@ -33,41 +31,21 @@ class Mirror(NamedTuple):
 
 
 MIRRORS: list[Mirror] = []
-
-
-def _cache_folder() -> str:
-    """A folder named by all that goes into compiled code; see `findings/`.
-
-    numba hears of changes in one file only: not of those in helpers and constants.
-    """
-    made_of = hashlib.sha256(numba.__version__.encode() + sys.version.encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        made_of.update(path.name.encode() + path.read_bytes())
-    home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    folder = Path(home) / "fire-rescue" / made_of.hexdigest()[:16]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError:
-        return ""
-    return str(folder)
-
-
-_FOLDER = _cache_folder()
-if _FOLDER:
-    numba.config.CACHE_DIR = _FOLDER
+ENTRIES: list[Any] = []  # compiled functions that Python calls
 
 
 def compiled(function: Callable[..., Any], entry: bool = False) -> Any:
     """Compile a function when it is first called; nothing is contracted or reordered.
 
-    Only an entry is kept on disk: all that it calls is inlined into it.  Nothing compiled
-    makes arrays (`_nrt=False`): counting who holds one, atomically, took half the time.
+    Only an entry is kept on disk, by `storing`: all that it calls is inlined into it.
+    Nothing compiled makes arrays (`_nrt=False`): counting who holds one, atomically,
+    took half the time.
     """
-    kept = bool(_FOLDER) and entry
-    options: Any = {"cache": kept, "error_model": "numpy", "forceinline": not entry}
-    return numba.njit(_nrt=False, **options)(function)
+    options: Any = {"error_model": "numpy", "forceinline": not entry}
+    made = numba.njit(_nrt=False, **options)(function)
+    if entry:
+        ENTRIES.append(made)
+    return made
 
 
 def mirrors(*books: str, entry: bool = False) -> Callable[[Callable[..., Any]], Any]:
@@ -120,14 +98,20 @@ def digest_of(function: Any) -> str:
         return ""
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
-        if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
-            if isinstance(body[0].value, ast.Constant):
-                body[0].value.value = ""
+        first = body[0] if isinstance(body, list) and body else None
+        if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
+            first.value.value = ""
     names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     known = getattr(function, "__globals__", {})
     constants = [f"{name} {_value(known.get(name))}" for name in sorted(names)]
-    rule = ast.dump(tree) + "".join(constants)
+    rule = _dump(tree) + "".join(constants)
     return hashlib.sha256(rule.encode()).hexdigest()[:6]
+
+
+def _dump(tree: ast.AST) -> str:
+    """A syntax tree as text, the same in every version of Python."""
+    all_fields = {"show_empty": True} if sys.version_info >= (3, 13) else {}
+    return ast.dump(tree, **all_fields).replace(", type_params=[]", "")
 
 
 def _value(thing: Any) -> str:
@@ -145,14 +129,26 @@ def changed() -> list[Mirror]:
 
 
 class Originals:
-    """The book's functions when they were digested: is each still the same object?"""
+    """What the engine was written from, as it is now, and which of it has changed."""
 
     def __init__(self) -> None:
-        """Remember them all."""
+        """Digest every rule; remember the objects, and what they read."""
+        self.changed = changed()
         links = {link for one in MIRRORS for link in _links(one.book)}
-        self._things = [(vars(holder), key, vars(holder)[key]) for holder, key in links]
+        things = [(vars(holder), key) for holder, key in links]
+        for one in MIRRORS:
+            rule = found(one.book)
+            things += [(rule.__globals__, name) for name in _names_in(rule.__code__)]
+        known = [(where, key) for where, key in things if key in where]
+        self._things = [(where, key, where[key]) for where, key in known]
 
     @property
-    def unchanged(self) -> bool:
-        """Nobody has put something else in the place of one."""
+    def same(self) -> bool:
+        """Nobody has put something else in the place of one since."""
         return all(where.get(key) is thing for where, key, thing in self._things)
+
+
+def _names_in(code: CodeType) -> set[str]:
+    """The names that a function reads, and functions inside it."""
+    inner = [const for const in code.co_consts if isinstance(const, CodeType)]
+    return set(code.co_names).union(*map(_names_in, inner))
