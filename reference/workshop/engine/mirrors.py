@@ -62,11 +62,12 @@ if _FOLDER:
 def compiled(function: Callable[..., Any], entry: bool = False) -> Any:
     """Compile a function when it is first called; nothing is contracted or reordered.
 
-    Only an entry is kept on disk: all that it calls is inlined into it.
+    Only an entry is kept on disk: all that it calls is inlined into it.  Nothing compiled
+    makes arrays (`_nrt=False`): counting who holds one, atomically, took half the time.
     """
     kept = bool(_FOLDER) and entry
     options: Any = {"cache": kept, "error_model": "numpy", "forceinline": not entry}
-    return numba.njit(**options)(function)
+    return numba.njit(_nrt=False, **options)(function)
 
 
 def mirrors(*books: str, entry: bool = False) -> Callable[[Callable[..., Any]], Any]:

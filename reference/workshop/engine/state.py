@@ -69,7 +69,7 @@ WALKER = record(
     to_x="f8", to_y="f8", e_x="f8", e_y="f8", far="f8", v="f8", turned_x="f8",
     turned_y="f8", sum_x="f8", sum_y="f8", walked_x="f8", walked_y="f8", moved_x="f8",
     moved_y="f8", tried_x="f8", tried_y="f8", on_x="f8", on_y="f8", right="f8",
-    standing="i8", held="i8", meets="i8", back="i8",
+    standing="i8", held="i8", meets="i8", back="i8", cell="i8", later="i8",
 )  # fmt: skip
 PAIR = record(
     i="i8", j="i8", to_x="f8", to_y="f8", apart="f8", room="f8", facing="i8",
@@ -128,6 +128,7 @@ class State(NamedTuple):
     wanted: np.ndarray  # a place, how many holes, these: a row that is missing
     walkers: np.ndarray  # (n,) WALKER
     pairs: np.ndarray  # PAIR
+    heads: np.ndarray  # the first walker in each cell of a coarse grid, -1: none
     touched: np.ndarray  # (n,) TOUCH
     some: np.ndarray  # places, for whoever looks again
 
@@ -191,6 +192,7 @@ class Kept:
             wanted=np.zeros(marks + 2, np.int32),
             walkers=np.zeros(n, WALKER),
             pairs=np.zeros(8 * n + 64, PAIR),
+            heads=np.zeros(places + 4 * run.building.floors, np.int32),
             touched=np.zeros(n, TOUCH),
             some=np.zeros(self.tables.side**2 + 1, np.int32),
         )

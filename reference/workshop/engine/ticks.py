@@ -183,7 +183,7 @@ def people_move(N, T, S, rng):
             w.y = body.y
             w.pace = body.pace
             n += 1
-    count = neighbours(N, S.walkers, n, S.pairs)
+    count = neighbours(N, S.walkers, n, S.pairs, S.heads)
     if count < 0:
         return False
 

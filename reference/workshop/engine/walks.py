@@ -32,7 +32,7 @@ class Around(NamedTuple):
 
 
 @mirrors("motion.neighbours 11aba2")
-def neighbours(N, walkers, n, pairs):
+def neighbours(N, walkers, n, pairs, heads):
     """Pairs on the same floor that are near each other; -1: no room for all."""
     if n < 2:
         return 0
@@ -43,28 +43,32 @@ def neighbours(N, walkers, n, pairs):
     square = near * near
 
     # chains of bodies in each cell of a coarse grid, low numbers first
-    across = np.int64(N.cols / near) + 2
-    down = np.int64(N.rows / near) + 2
-    first = np.full(N.floors * down * across, -1, np.int32)
-    later = np.empty(n, np.int32)
-    cell = np.empty(n, np.int32)
+    wide = near
+    across = np.int64(N.cols / wide) + 2
+    down = np.int64(N.rows / wide) + 2
+    while N.floors * down * across > len(heads):
+        wide *= 2
+        across = np.int64(N.cols / wide) + 2
+        down = np.int64(N.rows / wide) + 2
+    for cell in range(N.floors * down * across):
+        heads[cell] = -1
     for i in range(n - 1, -1, -1):
         w = walkers[i]
-        col = min(max(np.int64((w.x + N.left) / near), 0), across - 1)
-        row = min(max(np.int64((N.top - w.y) / near), 0), down - 1)
-        cell[i] = (w.floor * down + row) * across + col
-        later[i] = first[cell[i]]
-        first[cell[i]] = i
+        col = min(max(np.int64((w.x + N.left) / wide), 0), across - 1)
+        row = min(max(np.int64((N.top - w.y) / wide), 0), down - 1)
+        w.cell = (w.floor * down + row) * across + col
+        w.later = heads[w.cell]
+        heads[w.cell] = i
 
     count = 0
     for i in range(n):
         w = walkers[i]
-        col = cell[i] % across
-        row = cell[i] // across % down
+        col = w.cell % across
+        row = w.cell // across % down
         begin = count
         for d_row in range(-1 if row else 0, 2 if row < down - 1 else 1):
             for d_col in range(-1 if col else 0, 2 if col < across - 1 else 1):
-                j = first[cell[i] + d_row * across + d_col]
+                j = heads[w.cell + d_row * across + d_col]
                 while j >= 0:
                     if j > i:
                         x = walkers[j].x - w.x
@@ -79,7 +83,7 @@ def neighbours(N, walkers, n, pairs):
                             pairs[k].j = j
                             pairs[count].i = i
                             count += 1
-                    j = later[j]
+                    j = walkers[j].later
     return count
 
 
