@@ -11,6 +11,7 @@ from reference.robots import Destinations, actual_target, said_on_the_way
 from reference.simulation import Simulation
 from reference.workshop.engine import storing, ticks
 from reference.workshop.engine.state import EVENT, PAIR, Kept
+from reference.workshop.engine.ways import quick_ways
 
 HUT = """building: Hut
 size: 4 x 3
@@ -66,7 +67,8 @@ def advance(run: Simulation, count: int) -> None:
             mine.tables.add_row(place, frozenset(marks[:holes]))
         elif why == ticks.STRATEGIES:
             mine.give()
-            destinations = run.strategies_decide()
+            with quick_ways(run.navigation):
+                destinations = run.strategies_decide()
             mine.take()
             instruct(run, mine, destinations)
         elif why == ticks.TRAILS:

@@ -411,7 +411,7 @@ def arrive(N, me, mine, landmark, beyond):
 
 
 @mirrors("humans._show_decision 6611a6", "humans._straight aebd63")
-def show_decision(N, me, body, cells, clear, fields, used, heap, found):
+def show_decision(N, me, body, cells, clear, W):
     """Copy mode, leader and goal of one mind to its body, which then walks there."""
     body.mode = me.mode
     body.leader = me.leader
@@ -426,6 +426,6 @@ def show_decision(N, me, body, cells, clear, fields, used, heap, found):
     body.goal_x = cells[at].x
     body.goal_y = cells[at].y
     if me.aim == DIRECTION and not reaches(N, clear, body.place, at):
-        at = next_place(N, cells, fields, used, heap, found, body.place, at)
+        at = next_place(N, W, body.place, at)
     body.target_x = cells[at].x
     body.target_y = cells[at].y
