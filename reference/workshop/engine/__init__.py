@@ -15,7 +15,7 @@ from reference.robots import RobotAlgorithm
 from reference.simulation import Simulation
 
 if TYPE_CHECKING:
-    from reference.workshop.engine.mirrors import Originals
+    from reference.workshop.engine.mirrors import Rules
 
 
 def together(runs: Sequence[Simulation]) -> None:
@@ -55,29 +55,33 @@ def _advance(run: Simulation, ticks: int) -> None:
     advance(run, ticks)
 
 
+def plays(run: Simulation) -> bool:
+    """Does the engine play this simulation? Else the book does."""
+    return knows_all_rules() and is_the_books(run)
+
+
 def knows_all_rules() -> bool:
     """Is numba there, and is every rule the one that the engine was written from?"""
-    originals = _originals()
-    if originals is not None and not originals.unchanged:
-        _originals.cache_clear()
-        originals = _originals()
-    return originals is not None
+    if find_spec("numba") is None:
+        _say("numba is not installed")
+        return False
+    changed = _rules().changed
+    if changed:
+        _say(f"{changed} has changed")
+    else:
+        _say.cache_clear()
+    return not changed
 
 
 @cache
-def _originals() -> "Originals | None":
-    """The rules that the engine knows; None: it stands aside, and has said so."""
-    if find_spec("numba") is None:
-        _say("numba is not installed")
-        return None
+def _rules() -> "Rules":
     from reference.workshop.engine import ticks  # noqa: F401
-    from reference.workshop.engine.mirrors import Originals, changed
+    from reference.workshop.engine.mirrors import Rules
 
-    for one in changed():
-        _say(f"{one.book} has changed")
-        return None
-    return Originals()
+    return Rules()
 
 
+@cache
 def _say(why: str) -> None:
+    """Say it once, until the engine plays again."""
     print(f"{why}: the book plays, about 20 times slower.", file=sys.stderr)

@@ -12,16 +12,19 @@ import os
 import sys
 import tempfile
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from enum import EnumMeta
-from functools import cached_property
+from functools import cache, cached_property
 from inspect import getclosurevars
+from operator import is_
 from pathlib import Path
+from types import FunctionType
 from typing import Any, NamedTuple
 
 import numba
 
 BOOK = "reference."
+_Kept = type(cache(len))
 
 
 class Mirror(NamedTuple):
@@ -100,10 +103,12 @@ def _links(name: str) -> list[tuple[Any, str]]:
 
 
 def _plain(thing: Any) -> Any:
-    """The function inside a method, property or cache."""
+    """The function inside a method, property or cache; not one that somebody wraps."""
     if isinstance(thing, cached_property):
         return getclosurevars(thing.func).nonlocals.get("method", thing.func)
-    for inner in ("__func__", "fget", "__wrapped__"):
+    if isinstance(thing, _Kept):
+        return thing.__wrapped__
+    for inner in ("__func__", "fget"):
         thing = getattr(thing, inner, thing)
     return thing
 
@@ -113,9 +118,9 @@ def digest_of(function: Any) -> str:
 
     Those of `paper` do not count: they are read when a run begins.
     """
-    try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
-    except (OSError, TypeError):
+    try:  # the code itself: `getsource` looks through whatever wraps a function
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function.__code__)))
+    except (AttributeError, OSError, SyntaxError, TypeError):
         return ""
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
@@ -123,19 +128,24 @@ def digest_of(function: Any) -> str:
             if isinstance(body[0].value, ast.Constant):
                 body[0].value.value = ""
     names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    known = getattr(function, "__globals__", {})
+    known = function.__globals__
     constants = [f"{name} {_value(known.get(name))}" for name in sorted(names)]
     rule = ast.dump(tree) + "".join(constants)
     return hashlib.sha256(rule.encode()).hexdigest()[:6]
 
 
 def _value(thing: Any) -> str:
-    """A constant as text; "" for what is none."""
+    """A constant as text, and whose a thing of the book is; "" for what is none."""
     if isinstance(thing, EnumMeta):
         return str({one.name: one.value for one in thing})  # type: ignore[var-annotated]
     if isinstance(thing, int | float | str | tuple | frozenset):
         return repr(thing)
-    return ""
+    if isinstance(thing, type | FunctionType | _Kept):
+        module = sys.modules.get(thing.__module__)
+        same = getattr(module, thing.__qualname__, thing) is thing
+        return "" if same else "another"
+    kind = type(thing)
+    return kind.__qualname__ if kind.__module__.startswith(BOOK) else ""
 
 
 def changed() -> list[Mirror]:
@@ -143,15 +153,35 @@ def changed() -> list[Mirror]:
     return [one for one in MIRRORS if digest_of(found(one.book)) != one.digest]
 
 
-class Originals:
-    """The book's functions when they were digested: is each still the same object?"""
+class Rules:
+    """What the mirrored functions of the book are, and all that they name.
+
+    They are digested once, and again when one of them is another object.
+    """
 
     def __init__(self) -> None:
-        """Remember them all."""
-        links = {link for one in MIRRORS for link in _links(one.book)}
-        self._things = [(vars(holder), key, vars(holder)[key]) for holder, key in links]
+        """Find where each of them stands."""
+        links = {(id(vars(h)), key): (vars(h), key) for h, key in self._all_links()}
+        self._links = list(links.values())
+        self._things: list[Any] = []
+        self._changed = ""
+
+    @staticmethod
+    def _all_links() -> Iterator[tuple[Any, str]]:
+        for one in MIRRORS:
+            yield from _links(one.book)
+            function = found(one.book)
+            module = sys.modules[function.__module__]
+            for name in function.__code__.co_names:
+                if name in vars(module):
+                    yield module, name
 
     @property
-    def unchanged(self) -> bool:
-        """Nobody has put something else in the place of one."""
-        return all(where.get(key) is thing for where, key, thing in self._things)
+    def changed(self) -> str:
+        """The first function that is not what its mirror was written from, or ""."""
+        things = [where.get(key) for where, key in self._links]
+        same = len(things) == len(self._things) and all(map(is_, things, self._things))
+        if not same:
+            self._changed = next((one.book for one in changed()), "")
+            self._things = things
+        return self._changed
