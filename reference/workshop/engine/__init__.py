@@ -16,7 +16,7 @@ from reference.robots import RobotAlgorithm
 from reference.simulation import Simulation
 
 if TYPE_CHECKING:
-    from reference.workshop.engine.mirrors import Originals
+    from reference.workshop.engine.mirrors import Rules
 
 SLOWER = "the book plays, 5 to 20 times slower"
 ONE_AT_A_TIME = RLock()  # threads share tables
@@ -65,33 +65,52 @@ def make_ready() -> None:
     knows_all_rules()
 
 
+def plays(run: Simulation) -> bool:
+    """Does the engine play this simulation? Else the book does."""
+    return knows_all_rules() and is_the_books(run)
+
+
 def knows_all_rules() -> bool:
     """Is numba there, and is every rule the one that the engine was written from?"""
     with ONE_AT_A_TIME:
-        originals = _originals()
-        if originals and not originals.same:
-            _originals.cache_clear()
-            originals = _originals()
-    return originals is not None and not originals.changed
+        rules = _rules()
+        if rules is None:
+            return False
+        if not rules.same:
+            rules.learn()
+            _say_what_changed(rules)
+        if rules.changed:
+            return False
+        _make_ready()
+    return True
 
 
 @cache
-def _originals() -> "Originals | None":
-    """The rules as they are now; None: without numba nobody asks for them."""
+def _rules() -> "Rules | None":
+    """The rules of the book; None: without numba nobody asks for them."""
     try:
-        from reference.workshop.engine.going import make_ready
-        from reference.workshop.engine.mirrors import Originals
+        from reference.workshop.engine import going  # noqa: F401
+        from reference.workshop.engine.mirrors import Rules
     except ImportError as error:
         _say(f"numba is not there ({error}): {SLOWER}.")
         return None
-    originals = Originals()
-    if originals.changed:
-        names = ", ".join(one.book for one in originals.changed)
+    rules = Rules()
+    _say_what_changed(rules)
+    return rules
+
+
+@cache
+def _make_ready() -> None:
+    from reference.workshop.engine.going import make_ready
+
+    make_ready(_say)
+
+
+def _say_what_changed(rules: "Rules") -> None:
+    names = ", ".join(one.book for one in rules.changed)
+    if names:
         verb = "have" if "," in names else "has"
         _say(f"{names} {verb} changed: {SLOWER}.")
-    else:
-        make_ready(_say)
-    return originals
 
 
 def _say(text: str) -> None:

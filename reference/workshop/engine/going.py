@@ -31,9 +31,12 @@ def make_ready(say: Callable[[str], None]) -> None:
 
 
 def kept(run: Simulation) -> Kept:
-    """The arrays of a simulation, begun once."""
-    mine: Kept = vars(run).get("_engine") or Kept(run)
-    vars(run)["_engine"] = mine
+    """The arrays of a simulation, begun once, and again if a number has changed."""
+    mine: Kept | None = vars(run).get("_engine")
+    if mine is None or not mine.is_up_to_date:
+        run.world.minds  # noqa: B018  # with the book, whoever had them
+        mine = Kept(run)
+        vars(run)["_engine"] = mine
     return mine
 
 

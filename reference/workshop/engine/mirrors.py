@@ -10,16 +10,18 @@ import importlib
 import inspect
 import sys
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from enum import EnumMeta
-from functools import cached_property
+from functools import cache, cached_property
 from inspect import getclosurevars
-from types import CodeType
+from operator import is_
+from types import CodeType, FunctionType
 from typing import Any, NamedTuple
 
 import numba
 
 BOOK = "reference."
+_Kept = type(cache(len))
 
 
 class Mirror(NamedTuple):
@@ -79,10 +81,12 @@ def _links(name: str) -> list[tuple[Any, str]]:
 
 
 def _plain(thing: Any) -> Any:
-    """The function inside a method, property or cache."""
+    """The function inside a method, property or cache; not one that somebody wraps."""
     if isinstance(thing, cached_property):
         return getclosurevars(thing.func).nonlocals.get("method", thing.func)
-    for inner in ("__func__", "fget", "__wrapped__"):
+    if isinstance(thing, _Kept):
+        return thing.__wrapped__
+    for inner in ("__func__", "fget"):
         thing = getattr(thing, inner, thing)
     return thing
 
@@ -92,9 +96,9 @@ def digest_of(function: Any) -> str:
 
     Those of `paper` do not count: they are read when a run begins.
     """
-    try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
-    except (OSError, TypeError):
+    try:  # the code itself: `getsource` looks through whatever wraps a function
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function.__code__)))
+    except (AttributeError, OSError, SyntaxError, TypeError):
         return ""
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
@@ -102,7 +106,7 @@ def digest_of(function: Any) -> str:
         if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
             first.value.value = ""
     names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    known = getattr(function, "__globals__", {})
+    known = function.__globals__
     constants = [f"{name} {_value(known.get(name))}" for name in sorted(names)]
     rule = _dump(tree) + "".join(constants)
     return hashlib.sha256(rule.encode()).hexdigest()[:6]
@@ -115,12 +119,17 @@ def _dump(tree: ast.AST) -> str:
 
 
 def _value(thing: Any) -> str:
-    """A constant as text; "" for what is none."""
+    """A constant as text, and whose a thing of the book is; "" for what is none."""
     if isinstance(thing, EnumMeta):
         return str({one.name: one.value for one in thing})  # type: ignore[var-annotated]
     if isinstance(thing, int | float | str | tuple | frozenset):
         return repr(thing)
-    return ""
+    if isinstance(thing, type | FunctionType | _Kept):
+        module = sys.modules.get(thing.__module__)
+        same = getattr(module, thing.__qualname__, thing) is thing
+        return "" if same else "another"
+    kind = type(thing)
+    return kind.__qualname__ if kind.__module__.startswith(BOOK) else ""
 
 
 def changed() -> list[Mirror]:
@@ -128,24 +137,41 @@ def changed() -> list[Mirror]:
     return [one for one in MIRRORS if digest_of(found(one.book)) != one.digest]
 
 
-class Originals:
-    """What the engine was written from, as it is now, and which of it has changed."""
+class Rules:
+    """What the engine was written from, and all that it names, as objects.
+
+    changed  mirrors whose original is no longer what they were written from
+    """
 
     def __init__(self) -> None:
-        """Digest every rule; remember the objects, and what they read."""
+        """Find where each of them stands; digest the rules."""
+        links = {(id(vars(h)), key): (vars(h), key) for h, key in _all_links()}
+        self._links = list(links.values())
+        self.learn()
+
+    def learn(self) -> None:
+        """Digest every rule as it is now."""
+        self._things = self._now()
         self.changed = changed()
-        links = {link for one in MIRRORS for link in _links(one.book)}
-        things = [(vars(holder), key) for holder, key in links]
-        for one in MIRRORS:
-            rule = found(one.book)
-            things += [(rule.__globals__, name) for name in _names_in(rule.__code__)]
-        known = [(where, key) for where, key in things if key in where]
-        self._things = [(where, key, where[key]) for where, key in known]
 
     @property
     def same(self) -> bool:
         """Nobody has put something else in the place of one since."""
-        return all(where.get(key) is thing for where, key, thing in self._things)
+        return all(map(is_, self._now(), self._things))
+
+    def _now(self) -> list[Any]:
+        return [where.get(key) for where, key in self._links]
+
+
+def _all_links() -> Iterator[tuple[Any, str]]:
+    """Where the book's rules stand, and what they read."""
+    for one in MIRRORS:
+        yield from _links(one.book)
+        function = found(one.book)
+        module = sys.modules[function.__module__]
+        for name in _names_in(function.__code__):
+            if name in vars(module):
+                yield module, name
 
 
 def _names_in(code: CodeType) -> set[str]:

@@ -6,12 +6,16 @@ copied back when somebody asks for them.
     n  people;  L  landmarks;  S  places of a floor
 """
 
+from functools import partial
+from operator import itemgetter
+from sys import getrefcount
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from reference import paper
 from reference.fire import NoFire
+from reference.navigation import navigation_of
 from reference.simulation import Simulation
 from reference.workshop.engine.tables import Arrays, Tables, record, tables_of
 from reference.world import (
@@ -88,6 +92,10 @@ FLOATS = (
     "DOORWAY_METRES", "FOLLOWER_GAP", "CROWD_GAP", "BURN_LOSS", "BURN_COST",
     "HEAT_LOSS", "HEAT_COST",
 )  # fmt: skip
+OTHERS = (
+    "FLIGHT", "STAIRS_SPEED", "WALKING_SPEED", "LOOK_AHEAD_METRES",
+    "FIRE_FIRST_DECISION", "FIRE_EVERY_DECISIONS",
+)  # fmt: skip
 WHOLE = {"MOST_FOLLOWERS", "RECONSIDER_TICKS", "PUSH_ROUNDS"}
 NUMBERS = record(
     **{name: "i8" if name in WHOLE else "f8" for name in FLOATS},
@@ -98,6 +106,10 @@ NUMBERS = record(
     clear_reach="i8", clear_side="i8", landmarks="i8", seen_from="i8", patches="i8",
     been="i8", trail="i8", most_trail="i8",
 )  # fmt: skip
+
+
+numbers_now = partial(itemgetter(*FLOATS, *OTHERS), vars(paper))
+"""Those of `paper` that the engine uses, as they are now."""
 
 
 class State(NamedTuple):
@@ -133,6 +145,14 @@ class State(NamedTuple):
     some: np.ndarray  # places, for whoever looks again
 
 
+def references(things: list[Any]) -> list[int]:
+    """How often each of these is held, by this list and by others."""
+    return [getrefcount(thing) for thing in things]
+
+
+ONCE = references([object()])[0]  # held by a list alone
+
+
 class Played(World):
     """A world whose minds are with the engine until somebody asks for them."""
 
@@ -161,7 +181,8 @@ class Kept:
     def __init__(self, run: Simulation):
         """Make arrays for a simulation's people, robots and building."""
         self.run = run
-        self.tables: Tables = tables_of(run.sight)
+        self.tables: Tables = tables_of(run.sight, navigation_of(run.building))
+        self.read = numbers_now()
         n = len(run.world.bodies)
         marks = len(run.building.landmarks)
         robots = len(run.world.robots)
@@ -199,6 +220,7 @@ class Kept:
         self._flames: dict[str, np.ndarray] = {}
         self._minds: list[Mind] = []
         self._bodies: dict[str, np.ndarray] = {}
+        self._old: dict[str, np.ndarray] = {}  # arrays of bodies that somebody holds
         self.lengthen_trails(TRAIL)
 
     @property
@@ -218,6 +240,11 @@ class Kept:
         wide[:, : old.shape[1]] = old
         self.state = self.state._replace(memory=wide)
         self._numbers(most, ends)
+
+    @property
+    def is_up_to_date(self) -> bool:
+        """Are the numbers of `paper` those that were read?"""
+        return self.read == numbers_now()
 
     def _numbers(self, most_trail: int, ends: dict[str, int]) -> None:
         """Read the numbers: compiled functions keep none of their own."""
@@ -279,7 +306,8 @@ class Kept:
     def _take_bodies(self, bodies: Bodies) -> None:
         """Make the book's arrays columns of the records."""
         all_mine = self.state.bodies
-        for name, now in vars(bodies).items():
+        holders = references(list(vars(bodies).values()))
+        for (name, now), count in zip(vars(bodies).items(), holders, strict=True):
             if now is self._bodies.get(name):
                 continue
             column = all_mine[POINTS.get(name, name)]
@@ -288,6 +316,8 @@ class Kept:
                 shape = (len(all_mine), 2)
                 column = np.lib.stride_tricks.as_strided(column, shape, strides)
             column[:] = now
+            if count > ONCE + 1:  # not by the bodies alone
+                self._old[name] = now
             self._bodies[name] = column
             setattr(bodies, name, column)
 
@@ -396,6 +426,15 @@ class Kept:
             robot.says = says
             robot.active = bool(active)
             robot.way = self.state.ways[k, at:end].tolist()
+        for name, array in self._old.items():
+            array[:] = self._bodies[name]
+        if isinstance(run.world, Played) and self._minds_are_held():
+            self.give_minds_back()
+
+    def _minds_are_held(self) -> bool:
+        """Does somebody hold a mind since earlier? Then it has to be current."""
+        by_world_and_me = references([self._minds])[0] > ONCE + 2
+        return by_world_and_me or max(references(self._minds), default=0) > ONCE
 
     def _give_flames(self) -> None:
         """Give the book what burns now, in new arrays: old ones may be kept."""

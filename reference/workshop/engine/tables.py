@@ -65,11 +65,11 @@ class Arrays(NamedTuple):
 class Tables:
     """The tables of one Sight, which grow."""
 
-    def __init__(self, sight: Sight):
+    def __init__(self, sight: Sight, nav: Navigation):
         """Build what does not depend on who stands where."""
-        nav = sight.navigation
         building = sight.building
         self.sight = sight
+        self.navigation = nav
         self.half = int(sight.reach) + 1
         self.side = 2 * self.half + 1
         self.patches = int(sight.patches.max()) + 2
@@ -212,8 +212,10 @@ def _landings(nav: Navigation) -> np.ndarray:
     return np.array(found, LANDING)
 
 
-def tables_of(sight: Sight) -> Tables:
+def tables_of(sight: Sight, nav: Navigation) -> Tables:
     """The tables of a Sight, begun once; they go when it goes."""
-    kept: Tables = vars(sight).setdefault("_engine", None) or Tables(sight)
-    vars(sight)["_engine"] = kept
+    kept: Tables | None = vars(sight).get("_engine")
+    if kept is None or kept.navigation is not nav:
+        kept = Tables(sight, nav)
+        vars(sight)["_engine"] = kept
     return kept

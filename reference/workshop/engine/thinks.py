@@ -301,7 +301,7 @@ def leader_sets_off(N, me, mine, observe, some):
     return LANDMARK, fresh, -1  # Alg. 2:19, 20
 
 
-@mirrors("humans.think ed5b74")
+@mirrors("humans.think 757297")
 def think(N, me, mine, observe, some):
     """Let one human decide once where to go; True: not where they went before."""
     remember(N, me, mine, observe)
