@@ -127,7 +127,7 @@ class State(NamedTuple):
     full_until: np.ndarray  # (L + 1,) s
     burnt: np.ndarray  # (L,) bool
     burning: np.ndarray  # (places,) bool
-    arrival: np.ndarray  # (places,) s
+    arrival: np.ndarray  # (places,) s, the book's
     ash: np.ndarray  # (places,) bool
     harm: np.ndarray  # (places,)
     cost: np.ndarray  # (places,)
@@ -391,9 +391,14 @@ class Kept:
         """Take over what burns."""
         flames = self.run.world.flames
         state = self.state
-        for name in ("arrival", "burning", "ash", "harm", "cost"):
+        if flames.arrival is not self._flames.get("arrival"):
+            self._flames["arrival"] = flames.arrival
+            state = state._replace(arrival=flames.arrival.ravel())
+            self.state = state
+        written = bool(flames.sources) or flames.burning.any()
+        for name in ("burning", "ash", "harm", "cost"):
             now = getattr(flames, name)
-            if now is not self._flames.get(name):
+            if written or now is not self._flames.get(name):
                 self._flames[name] = now
                 getattr(state, name)[:] = now.ravel()
         state.burnt[:] = False
