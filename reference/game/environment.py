@@ -33,10 +33,9 @@ strategy names, such as the middle of a door between two cells."""
 
 Observations = dict[str, dict[str, np.ndarray]]
 Infos = dict[str, dict[str, float]]
-StepResult = tuple[
-    Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos
-]
-"""Observations, rewards, terminations, truncations and infos, by agent."""
+StepEnd = tuple[dict[str, float], dict[str, bool], dict[str, bool], Infos]
+"""Rewards, terminations, truncations and infos, by agent."""
+StepResult = tuple[Observations, *StepEnd]
 
 
 # -- Actions ------------------------------------------------------------------------
@@ -128,24 +127,25 @@ class Environment:
         """
         self.building = building
         self.scenario = scenario or Scenario()
+        self.layout = observations.vector_layout(building, self.scenario)
         self._robots = robots
         self._fire = fire
-        self._begin(seed=0)
 
         self._robot_agents: list[str] = []
         if robots is None:
-            count = len(self.simulation.world.robots)
+            count = self.scenario.robots_per_floor * building.floors
             self._robot_agents = [f"robot_{k}" for k in range(count)]
         self.possible_agents = self._robot_agents.copy()
         if fire is None:
             self.possible_agents.append(FIRE)
         if not self.possible_agents:
             raise ValueError("nobody acts: leave the robots or the fire to an agent")
-        self.agents: list[str] = []
         self._seeds: np.random.Generator | None = None
+        self.begin(seed=0)
+        self.agents: list[str] = []  # before the first episode
 
-    def _begin(self, seed: int) -> None:
-        """Begin a simulation that carries out the agents' actions."""
+    def begin(self, seed: int) -> Infos:
+        """Begin a simulation that carries out the agents' actions; return infos."""
         self._agent_robots = AgentRobots()
         self._agent_fire = AgentFire()
         self.simulation = Simulation(
@@ -156,6 +156,8 @@ class Environment:
             seed,
         )
         self.decision = 0
+        self.agents = self.possible_agents.copy()
+        return self._infos(self.agents)
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -167,9 +169,8 @@ class Environment:
         """
         if seed is not None or self._seeds is None:
             self._seeds = np.random.default_rng(seed)
-        self._begin(int(self._seeds.integers(2**32)) if seed is None else seed)
-        self.agents = self.possible_agents.copy()
-        return self._observed(self.agents), self._infos(self.agents)
+        infos = self.begin(int(self._seeds.integers(2**32)) if seed is None else seed)
+        return self._observed(self.agents), infos
 
     def step(self, actions: Mapping[str, Any]) -> StepResult:
         """Take one decision of all agents; play until the next one.
@@ -185,8 +186,9 @@ class Environment:
         self.begin_step(decisions)
         if not self.agents:
             return {}, {}, {}, {}, {}
+        agents = self.agents
         until_next_decision([self.simulation])
-        return self.end_step()
+        return self._observed(agents), *self.end_step()
 
     def begin_step(self, decisions: Mapping[str, Any]) -> None:
         """Give the decisions of a step, in metres, which `end_step` ends.
@@ -202,8 +204,8 @@ class Environment:
                 body = robots[self._robot_agents.index(agent)].body
                 self._agent_robots.chosen[body] = decisions[agent]
 
-    def end_step(self) -> StepResult:
-        """End a step, after the simulation has run on; return what `step` returns."""
+    def end_step(self) -> StepEnd:
+        """End a step, after the simulation has run on; return what has come of it."""
         self.decision += 1
         agents = self.agents
 
@@ -216,13 +218,14 @@ class Environment:
         # who leaves
         done = self.simulation.done
         inside = any(self.simulation.world.occupancy)
+        infos = self._infos(agents)
         at_work = self._at_work()
         ended = {agent: not at_work[agent] for agent in agents}  # [C8]
         if done:
             ended = dict.fromkeys(agents, not inside)
         cut = dict.fromkeys(agents, done and inside)
         self.agents = [a for a in agents if not (ended[a] or cut[a])]
-        return self._observed(agents), rewards, ended, cut, self._infos(agents)
+        return rewards, ended, cut, infos
 
     def _at_work(self) -> dict[str, bool]:
         """Tell which agents have something to do; the fire always has."""
@@ -235,10 +238,11 @@ class Environment:
     def _observed(self, agents: list[str]) -> Observations:
         """Collect what each agent observes now [C1] [C4] [D1], in arrays of its own."""
         world = self.simulation.world
-        vectors = {FIRE: observations.fire_vector(world, self.scenario)}
+        ((fire,),) = observations.fire_vectors([world], self.layout)
+        vectors = {FIRE: fire}
         if self._robot_agents:
-            rows = observations.robot_vectors(world, self.scenario)
-            vectors |= zip(self._robot_agents, rows, strict=True)
+            (robots,) = observations.robot_vectors([world], self.layout)
+            vectors |= zip(self._robot_agents, robots, strict=True)
         grid = observations.grid(world)
         return {
             agent: {"vector": vectors[agent], "grid": grid.astype(np.float32)}

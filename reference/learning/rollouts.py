@@ -5,6 +5,7 @@ an episode's randomness depends on its own seed alone.
 """
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,12 +14,7 @@ import numpy as np
 from reference.building import building_of
 from reference.fire import FireStrategy
 from reference.game.codec import Moment, decided
-from reference.game.environment import (
-    FIRE,
-    Environment,
-    Observations,
-    until_next_decision,
-)
+from reference.game.environment import FIRE, Environment, until_next_decision
 from reference.game.observations import grid, robots_at_work
 from reference.learning.experience import RECORDED, Record, Trajectory
 from reference.learning.players import LearnedNetwork, Player
@@ -89,11 +85,11 @@ def _begin_episodes(job: Job) -> "list[_RunningEpisode]":
         if isinstance(who, LearnedNetwork):
             players[side] = who.player(side, building, job.scenario)
             strategies[side] = None  # its agents act
-    runs = []
-    for seed in job.seeds:
-        environment = Environment(building, job.scenario, **strategies)
-        runs.append(_RunningEpisode(environment, seed, players, job.record))
-    return runs
+    environment = Environment(building, job.scenario, **strategies)
+    return [
+        _RunningEpisode(copy(environment), seed, players, job.record)
+        for seed in job.seeds
+    ]
 
 
 def _decide(running: "Sequence[_RunningEpisode]") -> None:
@@ -101,18 +97,24 @@ def _decide(running: "Sequence[_RunningEpisode]") -> None:
     if not running:
         return
     for side, player in running[0].players.items():
-        moments = [run.moment(side) for run in running]
-        asked = [k for k, moment in enumerate(moments) if moment.alive.any()]
+        asked = [run for run in running if run.acting(side).any()]
         if asked:
-            rows, records = player.act([moments[k] for k in asked])
-            for k, chosen, record in zip(asked, rows, records, strict=True):
-                running[k].choose(side, chosen, record)
+            rows, records = player.act(_moments(asked, side))
+            for run, chosen, record in zip(asked, rows, records, strict=True):
+                run.choose(side, chosen, record)
+
+
+def _moments(runs: "Sequence[_RunningEpisode]", side: Side) -> list[Moment]:
+    """Collect what the side's player needs, all worlds observed at once."""
+    codec = runs[0].players[side].codec
+    seen = codec.observe([run.simulation.world for run in runs])
+    return [run.moment(side, vectors) for run, vectors in zip(runs, seen, strict=True)]
 
 
 class _RunningEpisode:
     """One running episode: what its recorded sides see, do and are paid.
 
-    vectors, decisions  by agent, the last ones;  agents, records, rewards  by side
+    decisions  by agent, the last ones;  vectors, agents, records, rewards  by side
     """
 
     def __init__(
@@ -125,14 +127,13 @@ class _RunningEpisode:
         self.environment = environment
         self.seed = seed
         self.players = players
-        seen, self.infos = environment.reset(seed)
+        self.infos = environment.begin(seed)
         self.simulation = environment.simulation
-        self.vectors: dict[str, np.ndarray] = {}
-        self._observe(seen)
-        self.decisions: dict[str, Any] = dict.fromkeys(seen)
+        self.vectors: dict[Side, np.ndarray] = {}
+        self.decisions: dict[str, Any] = dict.fromkeys(self.infos)
         self.agents: dict[Side, list[str]] = {
-            "robots": [agent for agent in seen if agent != FIRE],
-            "fire": [agent for agent in seen if agent == FIRE],
+            "robots": [agent for agent in self.infos if agent != FIRE],
+            "fire": [agent for agent in self.infos if agent == FIRE],
         }
         self.rngs = {  # beside the simulation's own
             side: np.random.default_rng([seed, k]) for k, side in enumerate(SIDES, 1)
@@ -141,13 +142,24 @@ class _RunningEpisode:
         self.records: dict[Side, list[Record]] = {side: [] for side in recorded}
         self.rewards: dict[Side, list[float]] = {side: [] for side in recorded}
 
-    def moment(self, side: Side) -> Moment:
-        """Collect what the side's player needs; alive: whose actions are read now."""
-        agents = self.agents[side]
-        acts = [a in self.infos and self.infos[a]["acts"] > 0 for a in agents]
+    def acting(self, side: Side) -> np.ndarray:
+        """(G,) bool: whose actions are read now?"""
+        infos = self.infos
+        return np.array(
+            [a in infos and infos[a]["acts"] > 0 for a in self.agents[side]]
+        )
+
+    def moment(self, side: Side, seen: np.ndarray) -> Moment:
+        """Collect what the side's player needs; seen: (G, V), what its agents observe.
+
+        Who has left keeps what it observed last.
+        """
+        there = np.array([agent in self.infos for agent in self.agents[side]])
+        before = self.vectors.get(side, seen)
+        self.vectors[side] = np.where(there[:, None], seen, before)
         return Moment(
-            vectors=np.stack([self.vectors[agent] for agent in agents]),
-            alive=np.array(acts),
+            vectors=self.vectors[side],
+            alive=self.acting(side),
             world=self.simulation.world,
             rng=self.rngs[side],
             seed=self.seed,
@@ -162,15 +174,10 @@ class _RunningEpisode:
             self.rewards[side].append(0.0)
 
     def end_step(self) -> None:
-        """End the environment's step: see what agents observe, and pay them."""
-        seen, rewards, _, _, self.infos = self.environment.end_step()
-        self._observe(seen)
+        """End the environment's step, and pay the agents."""
+        rewards, _, _, self.infos = self.environment.end_step()
         for side in self.rewards:
             self._pay(side, rewards)
-
-    def _observe(self, seen: Observations) -> None:
-        """Keep what each agent observed last."""
-        self.vectors |= {agent: observed["vector"] for agent, observed in seen.items()}
 
     def _pay(self, side: Side, rewards: dict[str, float]) -> None:
         """Add the reward, the same for all of a side's agents, to its last decision.
@@ -209,7 +216,7 @@ class _RunningEpisode:
         records = self.records.get(side)
         if not records:
             return None
-        (seen,) = self.players[side].codec.read([self.moment(side)])
+        (seen,) = self.players[side].codec.read(_moments([self], side))
         columns = {name: [row[name] for row in records] for name in RECORDED}
         columns["vectors"].append(seen)
         columns["grids"].append(grid(self.simulation.world))

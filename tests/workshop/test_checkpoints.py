@@ -13,7 +13,6 @@ from trainings import begun, equal, room_for, tiny
 from reference.fire import RandomFire
 from reference.game.codec import Moment, decided
 from reference.game.environment import Environment, until_next_decision
-from reference.game.observations import robot_vectors
 from reference.paper import InputError
 from reference.robots import NoRobots
 from reference.simulation import Simulation
@@ -200,7 +199,7 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path):
     environment.reset(seed=7)
     for _ in turns(environment):
         world = environment.simulation.world
-        vectors = robot_vectors(world, SMALL)
+        (vectors,) = policy.player.codec.observe([world])
         moment = Moment(vectors, np.ones(len(vectors), bool), world)
         (rows,), _ = policy.player.act([moment])
         names = [f"robot_{k}" for k in range(len(vectors))]
