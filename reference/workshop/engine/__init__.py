@@ -1,13 +1,14 @@
 """The engine: ticks of many simulations, compiled, equal to the book to the bit.
 
-`advance` and `run` go by the engine where numba is installed and no rule of the
-book has changed; else the book plays, with one note on stderr.
+It plays where numba is installed and no rule of the book has changed; else the book
+plays, with one note on stderr.  Nothing that comes of a run says which.
 """
 
 import sys
 from collections.abc import Sequence
 from functools import cache
-from importlib.util import find_spec
+from multiprocessing import parent_process
+from threading import RLock
 from typing import TYPE_CHECKING
 
 from reference.fire import Spread
@@ -15,7 +16,10 @@ from reference.robots import RobotAlgorithm
 from reference.simulation import Simulation
 
 if TYPE_CHECKING:
-    from reference.workshop.engine.mirrors import Rules
+    from reference.workshop.engine.mirrors import Originals
+
+SLOWER = "the book plays, 5 to 20 times slower"
+ONE_AT_A_TIME = RLock()  # threads share tables
 
 
 def together(runs: Sequence[Simulation]) -> None:
@@ -40,6 +44,11 @@ def to_the_end(runs: Sequence[Simulation]) -> None:
             run.run()
 
 
+def plays(run: Simulation) -> bool:
+    """Does the engine play this simulation? Else the book does."""
+    return knows_all_rules() and is_the_books(run)
+
+
 def is_the_books(run: Simulation) -> bool:
     """Is nothing of this simulation replaced by somebody's own?"""
     parts = {run: Simulation, run.algorithm: RobotAlgorithm, run.spread: Spread}
@@ -52,36 +61,45 @@ def is_the_books(run: Simulation) -> bool:
 def _advance(run: Simulation, ticks: int) -> None:
     from reference.workshop.engine.going import advance
 
-    advance(run, ticks)
+    with ONE_AT_A_TIME:
+        advance(run, ticks)
 
 
-def plays(run: Simulation) -> bool:
-    """Does the engine play this simulation? Else the book does."""
-    return knows_all_rules() and is_the_books(run)
+def make_ready() -> None:
+    """Compile, or load what was compiled before: workers find it then."""
+    knows_all_rules()
 
 
 def knows_all_rules() -> bool:
     """Is numba there, and is every rule the one that the engine was written from?"""
-    if find_spec("numba") is None:
-        _say("numba is not installed")
-        return False
-    changed = _rules().changed
-    if changed:
-        _say(f"{changed} has changed")
+    with ONE_AT_A_TIME:
+        originals = _originals()
+        if originals and not originals.same:
+            _originals.cache_clear()
+            originals = _originals()
+    return originals is not None and not originals.changed
+
+
+@cache
+def _originals() -> "Originals | None":
+    """The rules as they are now; None: without numba nobody asks for them."""
+    try:
+        from reference.workshop.engine.going import make_ready
+        from reference.workshop.engine.mirrors import Originals
+    except ImportError as error:
+        _say(f"numba is not there ({error}): {SLOWER}.")
+        return None
+    originals = Originals()
+    if originals.changed:
+        names = ", ".join(one.book for one in originals.changed)
+        verb = "have" if "," in names else "has"
+        _say(f"{names} {verb} changed: {SLOWER}.")
     else:
-        _say.cache_clear()
-    return not changed
+        make_ready(_say)
+    return originals
 
 
-@cache
-def _rules() -> "Rules":
-    from reference.workshop.engine import ticks  # noqa: F401
-    from reference.workshop.engine.mirrors import Rules
-
-    return Rules()
-
-
-@cache
-def _say(why: str) -> None:
-    """Say it once, until the engine plays again."""
-    print(f"{why}: the book plays, about 20 times slower.", file=sys.stderr)
+def _say(text: str) -> None:
+    """Say something on stderr; workers leave it to who started them."""
+    if parent_process() is None:
+        print(text, file=sys.stderr)

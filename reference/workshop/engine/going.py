@@ -1,13 +1,32 @@
 """Between the book and compiled ticks: who plays what, and in which order."""
 
 import sys
+from collections.abc import Callable
 
 import numpy as np
 
+from reference.building import building_of
+from reference.paper import Scenario
 from reference.robots import Destinations, actual_target, said_on_the_way
 from reference.simulation import Simulation
-from reference.workshop.engine import ticks
+from reference.workshop.engine import storing, ticks
 from reference.workshop.engine.state import EVENT, PAIR, Kept
+
+HUT = """building: Hut
+size: 4 x 3
+floor 1: ground
+####
+#..E
+####"""
+
+
+def make_ready(say: Callable[[str], None]) -> None:
+    """Compile what a tick needs, or load it from the disk."""
+
+    def first_call() -> None:
+        advance(Simulation(building_of(HUT), Scenario(people=0)), 0)
+
+    storing.make_ready(first_call, say)
 
 
 def kept(run: Simulation) -> Kept:

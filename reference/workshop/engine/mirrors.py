@@ -8,23 +8,19 @@ import ast
 import hashlib
 import importlib
 import inspect
-import os
 import sys
-import tempfile
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from enum import EnumMeta
 from functools import cache, cached_property
 from inspect import getclosurevars
-from operator import is_
-from pathlib import Path
-from types import FunctionType
+from types import CodeType, FunctionType
 from typing import Any, NamedTuple
 
 import numba
 
 BOOK = "reference."
-_Kept = type(cache(len))
+_Cached = type(cache(len))
 
 
 class Mirror(NamedTuple):
@@ -36,40 +32,19 @@ class Mirror(NamedTuple):
 
 
 MIRRORS: list[Mirror] = []
-
-
-def _cache_folder() -> str:
-    """A folder named by all that goes into compiled code; see `findings/`.
-
-    numba hears of changes in one file only: not of those in helpers and constants.
-    """
-    made_of = hashlib.sha256(numba.__version__.encode() + sys.version.encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        made_of.update(path.name.encode() + path.read_bytes())
-    home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    folder = Path(home) / "fire-rescue" / made_of.hexdigest()[:16]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError:
-        return ""
-    return str(folder)
-
-
-_FOLDER = _cache_folder()
-if _FOLDER:
-    numba.config.CACHE_DIR = _FOLDER
+ENTRIES: list[Any] = []  # compiled functions that Python calls
 
 
 def compiled(function: Callable[..., Any], entry: bool = False) -> Any:
     """Compile a function when it is first called; nothing is contracted or reordered.
 
-    Only an entry is kept on disk: all that it calls is inlined into it.
+    Only an entry is kept on disk, by `storing`: all that it calls is inlined into it.
     """
-    kept = bool(_FOLDER) and entry
-    options: Any = {"cache": kept, "error_model": "numpy", "forceinline": not entry}
-    return numba.njit(**options)(function)
+    options: Any = {"error_model": "numpy", "forceinline": not entry}
+    made = numba.njit(**options)(function)
+    if entry:
+        ENTRIES.append(made)
+    return made
 
 
 def mirrors(*books: str, entry: bool = False) -> Callable[[Callable[..., Any]], Any]:
@@ -106,7 +81,7 @@ def _plain(thing: Any) -> Any:
     """The function inside a method, property or cache; not one that somebody wraps."""
     if isinstance(thing, cached_property):
         return getclosurevars(thing.func).nonlocals.get("method", thing.func)
-    if isinstance(thing, _Kept):
+    if isinstance(thing, _Cached):
         return thing.__wrapped__
     for inner in ("__func__", "fget"):
         thing = getattr(thing, inner, thing)
@@ -118,29 +93,35 @@ def digest_of(function: Any) -> str:
 
     Those of `paper` do not count: they are read when a run begins.
     """
-    try:  # the code itself: `getsource` looks through whatever wraps a function
+    try:  # of the code itself: `getsource` looks through whatever wraps a function
         tree = ast.parse(textwrap.dedent(inspect.getsource(function.__code__)))
     except (AttributeError, OSError, SyntaxError, TypeError):
         return ""
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
-        if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
-            if isinstance(body[0].value, ast.Constant):
-                body[0].value.value = ""
+        first = body[0] if isinstance(body, list) and body else None
+        if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
+            first.value.value = ""
     names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
     known = function.__globals__
     constants = [f"{name} {_value(known.get(name))}" for name in sorted(names)]
-    rule = ast.dump(tree) + "".join(constants)
+    rule = _dump(tree) + "".join(constants)
     return hashlib.sha256(rule.encode()).hexdigest()[:6]
 
 
+def _dump(tree: ast.AST) -> str:
+    """A syntax tree as text, the same in every version of Python."""
+    all_fields = {"show_empty": True} if sys.version_info >= (3, 13) else {}
+    return ast.dump(tree, **all_fields).replace(", type_params=[]", "")
+
+
 def _value(thing: Any) -> str:
-    """A constant as text, and whose a thing of the book is; "" for what is none."""
+    """A constant as text; of the book's other things, whether they are the book's."""
     if isinstance(thing, EnumMeta):
         return str({one.name: one.value for one in thing})  # type: ignore[var-annotated]
     if isinstance(thing, int | float | str | tuple | frozenset):
         return repr(thing)
-    if isinstance(thing, type | FunctionType | _Kept):
+    if isinstance(thing, type | FunctionType | _Cached):
         module = sys.modules.get(thing.__module__)
         same = getattr(module, thing.__qualname__, thing) is thing
         return "" if same else "another"
@@ -153,35 +134,27 @@ def changed() -> list[Mirror]:
     return [one for one in MIRRORS if digest_of(found(one.book)) != one.digest]
 
 
-class Rules:
-    """What the mirrored functions of the book are, and all that they name.
-
-    They are digested once, and again when one of them is another object.
-    """
+class Originals:
+    """What the engine was written from, as it is now, and which of it has changed."""
 
     def __init__(self) -> None:
-        """Find where each of them stands."""
-        links = {(id(vars(h)), key): (vars(h), key) for h, key in self._all_links()}
-        self._links = list(links.values())
-        self._things: list[Any] = []
-        self._changed = ""
-
-    @staticmethod
-    def _all_links() -> Iterator[tuple[Any, str]]:
+        """Digest every rule; remember the objects, and what they read."""
+        self.changed = changed()
+        links = {link for one in MIRRORS for link in _links(one.book)}
+        things = [(vars(holder), key) for holder, key in links]
         for one in MIRRORS:
-            yield from _links(one.book)
-            function = found(one.book)
-            module = sys.modules[function.__module__]
-            for name in function.__code__.co_names:
-                if name in vars(module):
-                    yield module, name
+            rule = found(one.book)
+            things += [(rule.__globals__, name) for name in _names_in(rule.__code__)]
+        known = [(where, key) for where, key in things if key in where]
+        self._things = [(where, key, where[key]) for where, key in known]
 
     @property
-    def changed(self) -> str:
-        """The first function that is not what its mirror was written from, or ""."""
-        things = [where.get(key) for where, key in self._links]
-        same = len(things) == len(self._things) and all(map(is_, things, self._things))
-        if not same:
-            self._changed = next((one.book for one in changed()), "")
-            self._things = things
-        return self._changed
+    def same(self) -> bool:
+        """Nobody has put something else in the place of one since."""
+        return all(where.get(key) is thing for where, key, thing in self._things)
+
+
+def _names_in(code: CodeType) -> set[str]:
+    """The names that a function reads, and functions inside it."""
+    inner = [const for const in code.co_consts if isinstance(const, CodeType)]
+    return set(code.co_names).union(*map(_names_in, inner))

@@ -23,7 +23,7 @@ from reference.learning.rollouts import Episode, play
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.lockstep import advance_in_lockstep
+from reference.workshop.engine import together
 from reference.workshop.maps import find_map, plan_of, read_map
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.guides import Sweep
@@ -105,12 +105,12 @@ def _measure_learning(
     jobs = training.jobs()
     with one_thread():
         # warm up
-        play(replace(jobs[0], seeds=jobs[0].seeds[:1]), advance=advance_in_lockstep)
+        play(replace(jobs[0], seeds=jobs[0].seeds[:1]), advance=together)
 
         start = process_time()
         played = []
         for job in _bar(jobs, name):
-            played += play(job, advance=advance_in_lockstep)
+            played += play(job, advance=together)
         seconds = process_time() - start
 
         speeds = {}
