@@ -16,7 +16,7 @@ from reference.robots import RobotAlgorithm
 from reference.simulation import Simulation
 
 if TYPE_CHECKING:
-    from reference.workshop.engine.mirrors import Rules
+    from reference.workshop.engine.mirrors import Originals
 
 SLOWER = "the book plays, 5 to 20 times slower"
 ONE_AT_A_TIME = RLock()  # threads share tables
@@ -44,6 +44,11 @@ def to_the_end(runs: Sequence[Simulation]) -> None:
             run.run()
 
 
+def plays(run: Simulation) -> bool:
+    """Does the engine play this simulation? Else the book does."""
+    return knows_all_rules() and is_the_books(run)
+
+
 def is_the_books(run: Simulation) -> bool:
     """Is nothing of this simulation replaced by somebody's own?"""
     parts = {run: Simulation, run.algorithm: RobotAlgorithm, run.spread: Spread}
@@ -63,11 +68,6 @@ def _advance(run: Simulation, ticks: int) -> None:
 def make_ready() -> None:
     """Compile, or load what was compiled before: workers find it then."""
     knows_all_rules()
-
-
-def plays(run: Simulation) -> bool:
-    """Does the engine play this simulation? Else the book does."""
-    return knows_all_rules() and is_the_books(run)
 
 
 def knows_all_rules() -> bool:

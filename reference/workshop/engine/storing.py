@@ -10,7 +10,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from enum import EnumMeta
 from hashlib import sha256
 from pathlib import Path
@@ -18,6 +18,7 @@ from time import time
 from typing import Any
 
 import numba
+from filelock import FileLock
 from numba.core import event
 from numba.core.registry import cpu_target
 
@@ -37,7 +38,7 @@ def make_ready(first_call: Callable[[], None], say: Callable[[str], None]) -> No
     folder = _writable(_folder())
     _keep_entries_in(folder)
     where = f"kept in {folder}" if folder else f"{_folder()} cannot be written"
-    with _told(f"compiling the engine, once, about half a minute; {where}", say):
+    with _alone_in(folder), _told(f"compiling the engine, once, about half a minute; {where}", say):
         try:
             first_call()
         except Exception:  # of any kind, from a damaged file or a full disk
@@ -102,6 +103,16 @@ def _keep_entries_in(folder: Path | None) -> None:
             entry.enable_caching()
     finally:
         CONFIG.CACHE_DIR = before
+
+
+@contextmanager
+def _alone_in(folder: Path | None) -> Iterator[None]:
+    """Let others wait meanwhile, who then load what is compiled here."""
+    lock: Any = FileLock(folder / "compiling") if folder else nullcontext()
+    with ExitStack() as stack:
+        with suppress(OSError, NotImplementedError):  # a disk that knows no locks
+            stack.enter_context(lock)
+        yield
 
 
 @contextmanager
