@@ -130,6 +130,28 @@ MATCH = "--robots none --fire worst-case --episodes 1 --workers 0"
 )
 def test_torch_is_loaded_by_nothing_that_does_not_learn(command, tmp_path):
     """Not even behind the back, through something else; nor by the environment."""
+    unwanted = {"torch", "matplotlib", "pettingzoo", "gymnasium"}
+    assert not unwanted & loaded_by(command, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "check tiny",
+        "floors",
+        "draw tiny -o tiny.png",
+        "evacuate --building tiny --people 2 --robots sweep --episodes 2",
+        "evaluate --help",
+        pytest.param("--animate film.html", marks=pytest.mark.slow),
+    ],
+)
+def test_numba_is_loaded_only_where_many_evacuations_are_played(command, tmp_path):
+    """Other commands, the first look too, neither load nor compile anything."""
+    assert not {"numba", "llvmlite"} & loaded_by(command, tmp_path)
+
+
+def loaded_by(command, folder):
+    """All modules that a command loads."""
     code = (
         "import sys, reference.game.environment; from reference.__main__ import main\n"
         "try: status = main(sys.argv[1:])\n"
@@ -139,12 +161,12 @@ def test_torch_is_loaded_by_nothing_that_does_not_learn(command, tmp_path):
     done = subprocess.check_output(
         [sys.executable, "-c", code, *command.split()],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
-        cwd=tmp_path,
+        cwd=folder,
         text=True,
     )
     loaded = done.splitlines()[-1].removeprefix("status 0 ").split()
     assert loaded[0] == "sys"
-    assert not {"torch", "matplotlib", "pettingzoo", "gymnasium"} & set(loaded)
+    return set(loaded)
 
 
 def test_nothing_is_imported_that_is_not_declared():

@@ -16,7 +16,7 @@ from reference.robots import RobotAlgorithm
 from reference.simulation import Simulation
 
 if TYPE_CHECKING:
-    from reference.workshop.engine.mirrors import Originals
+    from reference.workshop.engine.mirrors import Rules
 
 SLOWER = "the book plays, 5 to 20 times slower"
 ONE_AT_A_TIME = RLock()  # threads share tables

@@ -5,11 +5,10 @@ What goes wrong with files is no error; it costs a compilation.
 """
 
 import os
-import re
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from enum import EnumMeta
 from hashlib import sha256
@@ -27,6 +26,7 @@ from reference.workshop.engine.mirrors import ENTRIES
 ENGINE = Path(__file__).parent
 CONFIG: Any = numba.config
 UNUSED_DAYS = 7  # until what another version has compiled is removed
+HALF_WRITTEN = "*/*.tmp.*"  # by numba
 SETTINGS = "NUMBA_"  # begins the names of variables that change what numba makes
 
 
@@ -35,18 +35,27 @@ def make_ready(first_call: Callable[[], None], say: Callable[[str], None]) -> No
 
     first_call: calls every entry of the engine.
     """
-    folder = _writable(_folder())
-    _keep_entries_in(folder)
-    where = f"kept in {folder}" if folder else f"{_folder()} cannot be written"
-    with _alone_in(folder), _told(f"compiling the engine, once, about half a minute; {where}", say):
-        try:
-            first_call()
-        except Exception:  # of any kind, from a damaged file or a full disk
-            if not folder:
+    folder = _folder()
+    there = _is_writable(folder)
+    kept = f"once; kept in {folder}" if there else f"as {folder} cannot be written"
+    listener = _Once(f"compiling the engine, half a minute, {kept}", say)
+    waiting = _alone_in(folder) if there else nullcontext()
+    with waiting, event.install_listener("numba:compile", listener):
+        for where in (folder, folder, None) if there else (None,):
+            _keep_entries_in(where)
+            try:
+                first_call()
+            except Exception:  # of any kind, from a damaged file or a full disk
+                if where is None:
+                    raise
+                _remove(folder.glob("*/*"))
+            except KeyboardInterrupt:
+                _remove(folder.glob(HALF_WRITTEN))
                 raise
-            _remove_files(folder)
-            _keep_entries_in(None)
-            first_call()
+            else:
+                break
+    if listener.told:
+        _remove_what_nobody_uses(folder)
 
 
 def _folder() -> Path:
@@ -64,7 +73,9 @@ def _folder() -> Path:
     facts = [numba.__version__, sys.version, processor, *sorted(settings.items())]
     made_of.update(repr([*facts, *_constants()]).encode())
     home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return Path(home).expanduser() / "fire-rescue" / made_of.hexdigest()[:16]
+    with suppress(RuntimeError):  # there is no home
+        home = str(Path(home).expanduser())
+    return Path(home, "fire-rescue", made_of.hexdigest()[:16])
 
 
 def _constants() -> Iterator[tuple[str, str, str]]:
@@ -78,16 +89,18 @@ def _constants() -> Iterator[tuple[str, str, str]]:
                     yield name, key, repr(thing)
 
 
-def _writable(folder: Path) -> Path | None:
-    """The folder, if something can be written there."""
+def _is_writable(folder: Path) -> bool:
+    """Can something be written there?"""
+    if not folder.is_absolute():
+        return False
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as file:
             file.write(b"x")
         os.utime(folder)  # it is in use
     except OSError:
-        return None
-    return folder
+        return False
+    return True
 
 
 def _keep_entries_in(folder: Path | None) -> None:
@@ -106,23 +119,12 @@ def _keep_entries_in(folder: Path | None) -> None:
 
 
 @contextmanager
-def _alone_in(folder: Path | None) -> Iterator[None]:
+def _alone_in(folder: Path) -> Iterator[None]:
     """Let others wait meanwhile, who then load what is compiled here."""
-    lock: Any = FileLock(folder / "compiling") if folder else nullcontext()
     with ExitStack() as stack:
         with suppress(OSError, NotImplementedError):  # a disk that knows no locks
-            stack.enter_context(lock)
+            stack.enter_context(FileLock(folder / "compiling"))
         yield
-
-
-@contextmanager
-def _told(text: str, say: Callable[[str], None]) -> Iterator[None]:
-    """Say once that something is compiled, if anything is; then tidy up."""
-    listener = _Once(text, say)
-    with event.install_listener("numba:compile", listener):
-        yield
-    if listener.told:
-        _remove_what_nobody_uses(_folder())
 
 
 class _Once(event.Listener):
@@ -143,18 +145,18 @@ class _Once(event.Listener):
         """Say nothing."""
 
 
-def _remove_files(folder: Path) -> None:
-    """Remove what is kept in a folder."""
-    for path in folder.glob("*/*"):
+def _remove(paths: Iterable[Path]) -> None:
+    """Remove files and folders, as far as they can be removed."""
+    for path in paths:
         with suppress(OSError):
-            path.unlink()
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 def _remove_what_nobody_uses(mine: Path) -> None:
-    """Remove what other versions have left, and what was being written when killed."""
+    """Remove what other versions have left, and what was half written when killed."""
     long_ago = time() - UNUSED_DAYS * 24 * 3600
-    for path in [*mine.parent.glob("*"), *mine.glob("*/*.tmp.*")]:
-        ours = re.fullmatch(r"[0-9a-f]{16}", path.name) or ".tmp." in path.name
+    others = [path for path in mine.parent.glob("[0-9a-f]*") if len(path.name) == 16]
+    for path in {*others, *mine.glob(HALF_WRITTEN)} - {mine}:
         with suppress(OSError):
-            if ours and path != mine and path.stat().st_mtime < long_ago:
-                shutil.rmtree(path) if path.is_dir() else path.unlink()
+            if path.stat().st_mtime < long_ago:
+                _remove([path])
