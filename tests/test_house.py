@@ -10,7 +10,6 @@ import tokenize
 import tomllib
 from collections import Counter
 from collections.abc import Iterator
-from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from textwrap import dedent
@@ -43,11 +42,6 @@ MODULES = {
     for path in sorted(PACKAGE.rglob("*.py"))
     if path != PACKAGE / "__init__.py"
 }
-FORMER = [
-    name
-    for name, path in MODULES.items()
-    if "former_names(__name__" in path.read_text("utf-8")
-]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 RESULTS = (ROOT / "RESULTS.md").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -90,8 +84,6 @@ def test_a_module_imports_only_modules_that_stand_before_it(module):
     """Read front to back, no name comes before its meaning; the workshop is last."""
     home = in_reading_order(module)
     for name in imported(MODULES[module]):
-        if name == "reference.former_names":  # of the package's own file
-            continue
         if name.startswith("reference.") and (other := in_reading_order(name)) != home:
             assert READING_ORDER.index(other) < READING_ORDER.index(home), name
 
@@ -115,6 +107,7 @@ def test_the_workshop_has_twelve_rooms():
     [
         ("matplotlib", ("workshop.drawing",)),
         ("networkx", ("building", "workshop.maps")),
+        ("numba", ("workshop.engine",)),
         ("torch", ("learning", "workshop")),
     ],
 )
@@ -160,7 +153,7 @@ def test_nothing_is_imported_that_is_not_declared():
         re.match(r"\w+", name)[0].lower() for name in PROJECT["project"]["dependencies"]
     }
     extras = PROJECT["project"]["optional-dependencies"]
-    for extra in ("pettingzoo", "yaml", "cluster"):
+    for extra in ("fast", "pettingzoo", "yaml", "cluster"):
         declared |= {re.match(r"\w+", name)[0] for name in extras[extra]}
     declared |= {"PIL", "yaml"}  # matplotlib's own, and PyYAML's other name
     names = {name.split(".")[0] for path in MODULES.values() for name in imported(path)}
@@ -174,22 +167,6 @@ def test_the_front_door_knows_five_names():
     assert subprocess.check_output([sys.executable, "-c", code], cwd=ROOT) == b"\n"
     for name in FRONT_DOOR:
         assert getattr(reference, name).__name__ == name
-
-
-@pytest.mark.parametrize("module", FORMER)
-def test_a_former_name_still_leads_to_what_it_named(module):
-    """For one version, with a warning that says the new one."""
-    home = import_module(f"reference.{module}")
-    text = MODULES[module].read_text("utf-8")
-    names = ast.literal_eval(
-        re.search(r"former_names\(__name__, ({.*?})\)", text, 16)[1]
-    )
-    for old, new in names.items():
-        with pytest.warns(DeprecationWarning, match=rf"{old} is now called .*{new}"):
-            found = getattr(home, old)
-        named = vars(home)[new.removesuffix("()")]
-        assert found == named() if new.endswith("()") else found is named
-    assert not hasattr(home, "never_there")
 
 
 def test_the_package_leads_from_a_maps_text_to_a_picture(tmp_path, monkeypatch, capsys):
@@ -484,7 +461,7 @@ def table(header: str) -> list[str]:
 def test_the_readme_begins_with_two_commands_that_do_it_all():
     """Set up with the pinned versions, then test; `.ci/run` calls these very lines."""
     set_up, test = blocks("sh")[0].splitlines()
-    assert set_up.endswith("pip install -c constraints.txt -e '.[test]'")
+    assert set_up.endswith("pip install -c constraints.txt -e '.[test,fast]'")
     assert test == ".venv/bin/python -m pytest -n auto"
 
 

@@ -6,12 +6,16 @@ copied back when somebody asks for them.
     n  people;  L  landmarks;  S  places of a floor
 """
 
+from functools import partial
+from operator import itemgetter
+from sys import getrefcount
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from reference import paper
 from reference.fire import NoFire
+from reference.navigation import navigation_of
 from reference.simulation import Simulation
 from reference.workshop.engine.tables import Arrays, Tables, record, tables_of
 from reference.world import (
@@ -69,7 +73,7 @@ WALKER = record(
     to_x="f8", to_y="f8", e_x="f8", e_y="f8", far="f8", v="f8", turned_x="f8",
     turned_y="f8", sum_x="f8", sum_y="f8", walked_x="f8", walked_y="f8", moved_x="f8",
     moved_y="f8", tried_x="f8", tried_y="f8", on_x="f8", on_y="f8", right="f8",
-    standing="i8", held="i8", meets="i8", back="i8",
+    standing="i8", held="i8", meets="i8", back="i8", cell="i8", later="i8",
 )  # fmt: skip
 PAIR = record(
     i="i8", j="i8", to_x="f8", to_y="f8", apart="f8", room="f8", facing="i8",
@@ -88,6 +92,10 @@ FLOATS = (
     "DOORWAY_METRES", "FOLLOWER_GAP", "CROWD_GAP", "BURN_LOSS", "BURN_COST",
     "HEAT_LOSS", "HEAT_COST",
 )  # fmt: skip
+OTHERS = (
+    "FLIGHT", "STAIRS_SPEED", "WALKING_SPEED", "LOOK_AHEAD_METRES",
+    "FIRE_FIRST_DECISION", "FIRE_EVERY_DECISIONS",
+)  # fmt: skip
 WHOLE = {"MOST_FOLLOWERS", "RECONSIDER_TICKS", "PUSH_ROUNDS"}
 NUMBERS = record(
     **{name: "i8" if name in WHOLE else "f8" for name in FLOATS},
@@ -98,6 +106,10 @@ NUMBERS = record(
     clear_reach="i8", clear_side="i8", landmarks="i8", seen_from="i8", patches="i8",
     been="i8", trail="i8", most_trail="i8",
 )  # fmt: skip
+
+
+numbers_now = partial(itemgetter(*FLOATS, *OTHERS), vars(paper))
+"""Those of `paper` that the engine uses, as they are now."""
 
 
 class State(NamedTuple):
@@ -115,7 +127,7 @@ class State(NamedTuple):
     full_until: np.ndarray  # (L + 1,) s
     burnt: np.ndarray  # (L,) bool
     burning: np.ndarray  # (places,) bool
-    arrival: np.ndarray  # (places,) s
+    arrival: np.ndarray  # (places,) s, the book's
     ash: np.ndarray  # (places,) bool
     harm: np.ndarray  # (places,)
     cost: np.ndarray  # (places,)
@@ -128,8 +140,17 @@ class State(NamedTuple):
     wanted: np.ndarray  # a place, how many holes, these: a row that is missing
     walkers: np.ndarray  # (n,) WALKER
     pairs: np.ndarray  # PAIR
+    heads: np.ndarray  # the first walker in each cell of a coarse grid, -1: none
     touched: np.ndarray  # (n,) TOUCH
     some: np.ndarray  # places, for whoever looks again
+
+
+def references(things: list[Any]) -> list[int]:
+    """How often each of these is held, by this list and by others."""
+    return [getrefcount(thing) for thing in things]
+
+
+ONCE = references([object()])[0]  # held by a list alone
 
 
 class Played(World):
@@ -160,7 +181,8 @@ class Kept:
     def __init__(self, run: Simulation):
         """Make arrays for a simulation's people, robots and building."""
         self.run = run
-        self.tables: Tables = tables_of(run.sight)
+        self.tables: Tables = tables_of(run.sight, navigation_of(run.building))
+        self.read = numbers_now()
         n = len(run.world.bodies)
         marks = len(run.building.landmarks)
         robots = len(run.world.robots)
@@ -191,12 +213,14 @@ class Kept:
             wanted=np.zeros(marks + 2, np.int32),
             walkers=np.zeros(n, WALKER),
             pairs=np.zeros(8 * n + 64, PAIR),
+            heads=np.zeros(places + 4 * run.building.floors, np.int32),
             touched=np.zeros(n, TOUCH),
             some=np.zeros(self.tables.side**2 + 1, np.int32),
         )
         self._flames: dict[str, np.ndarray] = {}
         self._minds: list[Mind] = []
         self._bodies: dict[str, np.ndarray] = {}
+        self._old: dict[str, np.ndarray] = {}  # arrays of bodies that somebody holds
         self.lengthen_trails(TRAIL)
 
     @property
@@ -216,6 +240,11 @@ class Kept:
         wide[:, : old.shape[1]] = old
         self.state = self.state._replace(memory=wide)
         self._numbers(most, ends)
+
+    @property
+    def is_up_to_date(self) -> bool:
+        """Are the numbers of `paper` those that were read?"""
+        return self.read == numbers_now()
 
     def _numbers(self, most_trail: int, ends: dict[str, int]) -> None:
         """Read the numbers: compiled functions keep none of their own."""
@@ -277,7 +306,8 @@ class Kept:
     def _take_bodies(self, bodies: Bodies) -> None:
         """Make the book's arrays columns of the records."""
         all_mine = self.state.bodies
-        for name, now in vars(bodies).items():
+        holders = references(list(vars(bodies).values()))
+        for (name, now), count in zip(vars(bodies).items(), holders, strict=True):
             if now is self._bodies.get(name):
                 continue
             column = all_mine[POINTS.get(name, name)]
@@ -286,6 +316,8 @@ class Kept:
                 shape = (len(all_mine), 2)
                 column = np.lib.stride_tricks.as_strided(column, shape, strides)
             column[:] = now
+            if count > ONCE + 1:  # not by the bodies alone
+                self._old[name] = now
             self._bodies[name] = column
             setattr(bodies, name, column)
 
@@ -359,9 +391,14 @@ class Kept:
         """Take over what burns."""
         flames = self.run.world.flames
         state = self.state
-        for name in ("arrival", "burning", "ash", "harm", "cost"):
+        if flames.arrival is not self._flames.get("arrival"):
+            self._flames["arrival"] = flames.arrival
+            state = state._replace(arrival=flames.arrival.ravel())
+            self.state = state
+        written = bool(flames.sources) or flames.burning.any()
+        for name in ("burning", "ash", "harm", "cost"):
             now = getattr(flames, name)
-            if now is not self._flames.get(name):
+            if written or now is not self._flames.get(name):
                 self._flames[name] = now
                 getattr(state, name)[:] = now.ravel()
         state.burnt[:] = False
@@ -394,6 +431,15 @@ class Kept:
             robot.says = says
             robot.active = bool(active)
             robot.way = self.state.ways[k, at:end].tolist()
+        for name, array in self._old.items():
+            array[:] = self._bodies[name]
+        if isinstance(run.world, Played) and self._minds_are_held():
+            self.give_minds_back()
+
+    def _minds_are_held(self) -> bool:
+        """Does somebody hold a mind since earlier? Then it has to be current."""
+        by_world_and_me = references([self._minds])[0] > ONCE + 2
+        return by_world_and_me or max(references(self._minds), default=0) > ONCE
 
     def _give_flames(self) -> None:
         """Give the book what burns now, in new arrays: old ones may be kept."""

@@ -20,7 +20,6 @@ from reference.workshop.engine.sees import (
     Observe,
     face,
     look,
-    place_beyond,
     row_of,
 )
 from reference.workshop.engine.state import DIED, DOOR_BURNT, EVACUATED, LEFT_FLOOR
@@ -34,6 +33,7 @@ from reference.workshop.engine.walks import (
     step,
     target,
 )
+from reference.workshop.engine.ways import place_beyond
 from reference.world import FLOOR_APART, Fate
 
 OUT = int(Fate.EVACUATED)
@@ -162,9 +162,7 @@ def decide(N, T, S, observe):
     for i in range(N.people):
         body = S.bodies[i]
         if S.due[i] and body.fate == INSIDE and body.stairwell < 0:
-            show_decision(
-                N, S.minds[i], body, T.cells, T.clear, T.fields, T.used, T.heap, T.found
-            )
+            show_decision(N, S.minds[i], body, T.cells, T.clear, T.ways)
 
 
 # -- MOVE ---------------------------------------------------------------------------
@@ -185,7 +183,7 @@ def people_move(N, T, S, rng):
             w.y = body.y
             w.pace = body.pace
             n += 1
-    count = neighbours(N, S.walkers, n, S.pairs)
+    count = neighbours(N, S.walkers, n, S.pairs, S.heads)
     if count < 0:
         return False
 
@@ -195,10 +193,7 @@ def people_move(N, T, S, rng):
         w.inside = T.cells[body.place].mark
         reckless = body.reckless_until > clock.time - 1e-9
         w.fearless = S.burning[body.place] or reckless
-        target(
-            N, T.cells, T.fields, T.used, T.heap, T.found, T.after, T.waypoint, clock,
-            body, w,
-        )  # fmt: skip
+        target(N, T.cells, T.ways, T.after, T.waypoint, clock, body, w)
     around = Around(T.cells, S.full_until, S.burning, S.clock)
     step(N, around, S.walkers, n, S.pairs, count, rng)
     clock.touched = 0
