@@ -33,9 +33,10 @@ strategy names, such as the middle of a door between two cells."""
 
 Observations = dict[str, dict[str, np.ndarray]]
 Infos = dict[str, dict[str, float]]
-StepEnd = tuple[dict[str, float], dict[str, bool], dict[str, bool], Infos]
-"""Rewards, terminations, truncations and infos, by agent."""
-StepResult = tuple[Observations, *StepEnd]
+StepResult = tuple[
+    Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos
+]
+"""Observations, rewards, terminations, truncations and infos, by agent."""
 
 
 # -- Actions ------------------------------------------------------------------------
@@ -104,8 +105,7 @@ def until_next_decision(simulations: Sequence[Simulation]) -> None:
 class Environment:
     """One building and one scenario, episode after episode.
 
-    simulation  what runs now;  decision  decisions taken in this episode
-    agents      who has not left, of possible_agents
+    simulation  what runs now;  agents  who has not left, of possible_agents
 
     An observation has a "vector" (`observations.vector_layout`) and the "grid", both
     float32.  An action is clipped to [-1, 1]: a robot's is (2,) x, y, or all nan to
@@ -140,12 +140,12 @@ class Environment:
             self.possible_agents.append(FIRE)
         if not self.possible_agents:
             raise ValueError("nobody acts: leave the robots or the fire to an agent")
+        self.agents: list[str] = []
         self._seeds: np.random.Generator | None = None
-        self.begin(seed=0)
-        self.agents: list[str] = []  # before the first episode
+        self._begin(seed=0)
 
-    def begin(self, seed: int) -> Infos:
-        """Begin a simulation that carries out the agents' actions; return infos."""
+    def _begin(self, seed: int) -> None:
+        """Begin a simulation that carries out the agents' actions."""
         self._agent_robots = AgentRobots()
         self._agent_fire = AgentFire()
         self.simulation = Simulation(
@@ -155,9 +155,6 @@ class Environment:
             self._agent_fire if self._fire is None else deepcopy(self._fire),
             seed,
         )
-        self.decision = 0
-        self.agents = self.possible_agents.copy()
-        return self._infos(self.agents)
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -169,8 +166,9 @@ class Environment:
         """
         if seed is not None or self._seeds is None:
             self._seeds = np.random.default_rng(seed)
-        infos = self.begin(int(self._seeds.integers(2**32)) if seed is None else seed)
-        return self._observed(self.agents), infos
+        self._begin(int(self._seeds.integers(2**32)) if seed is None else seed)
+        self.agents = self.possible_agents.copy()
+        return self._observed(self.agents), self._infos(self.agents)
 
     def step(self, actions: Mapping[str, Any]) -> StepResult:
         """Take one decision of all agents; play until the next one.
@@ -178,39 +176,22 @@ class Environment:
         Actions of agents that have left are ignored. Raises KeyError for one that is
         missing; `workshop.zoo` checks others' actions and says what is wrong.
         """
-        decisions: dict[str, Any] = {}
-        for agent in self.agents:
-            read = fire_decision if agent == FIRE else destination
-            action = np.asarray(actions[agent], dtype=np.float64)
-            decisions[agent] = read(self.building, action)
-        self.begin_step(decisions)
-        if not self.agents:
+        agents = self.agents
+        if not agents:
             return {}, {}, {}, {}, {}
-        agents = self.agents
-        until_next_decision([self.simulation])
-        return self._observed(agents), *self.end_step()
-
-    def begin_step(self, decisions: Mapping[str, Any]) -> None:
-        """Give the decisions of a step, in metres, which `end_step` ends.
-
-        A robot's is a destination or None, the fire's a floor, x and y.
-        """
-        self._already = len(self.simulation.events)
-        robots = self.simulation.world.robots
-        for agent in self.agents:
+        already = len(self.simulation.events)
+        for agent in agents:
+            action = np.asarray(actions[agent], dtype=np.float64)
             if agent == FIRE:
-                self._agent_fire.chosen = decisions[agent]
+                self._agent_fire.chosen = fire_decision(self.building, action)
             else:
-                body = robots[self._robot_agents.index(agent)].body
-                self._agent_robots.chosen[body] = decisions[agent]
-
-    def end_step(self) -> StepEnd:
-        """End a step, after the simulation has run on; return what has come of it."""
-        self.decision += 1
-        agents = self.agents
+                number = self._robot_agents.index(agent)
+                body = self.simulation.world.robots[number].body
+                self._agent_robots.chosen[body] = destination(self.building, action)
+        until_next_decision([self.simulation])
 
         # rewards
-        events = self.simulation.events[self._already :]
+        events = self.simulation.events[already:]
         rewards = dict.fromkeys(agents, group_reward(events))  # [E5]
         if FIRE in agents:
             rewards[FIRE] = fire_reward(events)  # [D6]
@@ -218,14 +199,13 @@ class Environment:
         # who leaves
         done = self.simulation.done
         inside = any(self.simulation.world.occupancy)
-        infos = self._infos(agents)
         at_work = self._at_work()
         ended = {agent: not at_work[agent] for agent in agents}  # [C8]
         if done:
             ended = dict.fromkeys(agents, not inside)
         cut = dict.fromkeys(agents, done and inside)
         self.agents = [a for a in agents if not (ended[a] or cut[a])]
-        return rewards, ended, cut, infos
+        return self._observed(agents), rewards, ended, cut, self._infos(agents)
 
     def _at_work(self) -> dict[str, bool]:
         """Tell which agents have something to do; the fire always has."""

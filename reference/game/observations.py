@@ -121,19 +121,16 @@ def robot_vectors(worlds: Sequence[World], layout: Layout) -> np.ndarray:
 
     worlds: S of one building and scenario
     """
-    humans = _humans(worlds)
-    robots = _robots(worlds)
-    work = np.stack([robots_at_work(world) for world in worlds])
-    floors = robots[0, :, 2]
-    mates = np.equal.outer(floors, floors)  # on one floor
+    humans, robots, work = _points(worlds)
+    floor = robots[0, :, 2]
+    mates = np.equal.outer(floor, floor)  # on one floor
 
     # each robot's own order
     nearest = _nearest_first(robots, humans, worlds[0].building.floors)
-    others = ~np.eye(len(floors), dtype=bool)
-    me_first = np.lexsort((others, ~mates), axis=1)
+    me_first = np.argsort(~mates - np.eye(len(mates)), axis=1, kind="stable")
 
     robots[~work] = paper.ABSENT_POINT
-    team = (mates & work[:, None]).sum(axis=2)[..., None, None]
+    team = (mates & work[:, None]).sum(axis=2)
     each = np.arange(len(worlds))[:, None, None]
     return _write(worlds, layout, humans[each, nearest], robots[:, me_first], team)
 
@@ -143,13 +140,12 @@ def fire_vectors(worlds: Sequence[World], layout: Layout) -> np.ndarray:
 
     Where `NoRobots` plays, all robots of the scenario are `ABSENT_POINT`.
     """
-    work = np.stack([robots_at_work(world) for world in worlds])
-    robots = _robots(worlds)
+    humans, robots, work = _points(worlds)
     robots[~work] = paper.ABSENT_POINT
     if not work.size:
         robots = np.array([[paper.ABSENT_POINT]])  # written to every row
-    team = work.sum(axis=1)[:, None, None, None]
-    return _write(worlds, layout, _humans(worlds)[:, None], robots[:, None], team)
+    team = work.sum(axis=1, keepdims=True)
+    return _write(worlds, layout, humans[:, None], robots[:, None], team)
 
 
 def _write(
@@ -161,49 +157,45 @@ def _write(
 ) -> np.ndarray:
     """Write vectors (S, k, V) from points (S, k, n, 3) and (S, k, R, 3).
 
-    team: (S, k, 1, 1) robots at work
+    team: (S, k) robots at work
     """
     most = layout.blocks["fires"].rows
     fires = np.tile(paper.ABSENT_POINT, (len(worlds), 1, most, 1))
-    for points, world in zip(fires[:, 0], worlds, strict=True):
-        for k, source in enumerate(world.flames.sources[:most]):
-            points[k] = source.x, source.y, source.floor
+    for k, world in enumerate(worlds):
+        for j, source in enumerate(world.flames.sources[:most]):
+            fires[k, 0, j] = source.x, source.y, source.floor
     floors = np.arange(worlds[0].building.floors)
     blocks = {
         "humans": humans,
         "robots": robots,
-        "team": team,
+        "team": team[..., None, None],
         "time": np.reshape([world.time for world in worlds], (-1, 1, 1, 1)),
         "fires": fires,
         "fires_per_floor": (fires[..., 2:] == floors).sum(axis=2)[..., None],
     }
-    agents = humans.shape[1]
-    vectors = np.empty((len(worlds), agents, layout.size), dtype=np.float32)
+    vectors = np.empty((*humans.shape[:2], layout.size), dtype=np.float32)
     for name, rows in blocks.items():
         layout.read(vectors, name)[:] = rows
     return vectors
 
 
-def _humans(worlds: Sequence[World]) -> np.ndarray:
-    """(S, n, 3) points of all people, in order of their numbers.
+def _points(worlds: Sequence[World]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of people, (S, n, 3), and robots, (S, R, 3); who is at work, (S, R) bool.
 
-    People on the stairs are in a cell of the stairwell, on the floor they come from.
+    In order of their numbers. People on the stairs are in a cell of the stairwell, on
+    the floor they come from; robots whose work is done are where they stand.
     """
     humans = np.empty((len(worlds), len(worlds[0].bodies), 3))
     for points, world in zip(humans, worlds, strict=True):
         points[:, :2] = world.bodies.position
         points[:, 2] = world.bodies.floor
         points[~world.bodies.inside] = paper.ABSENT_POINT
-    return humans
-
-
-def _robots(worlds: Sequence[World]) -> np.ndarray:
-    """(S, R, 3) points of the robots, those whose work is done too."""
-    points = [
+    robots = [
         [(*robot.position.tolist(), robot.floor) for robot in world.robots]
         for world in worlds
     ]
-    return np.array(points, dtype=np.float64).reshape(len(worlds), -1, 3)
+    work = [robots_at_work(world) for world in worlds]
+    return humans, np.reshape(robots, (len(worlds), -1, 3)), np.stack(work)
 
 
 def robots_at_work(world: World) -> np.ndarray:
