@@ -50,8 +50,8 @@ def advance(run: Simulation, count: int) -> None:
             destinations = run.strategies_decide()
             mine.take()
             instruct(run, mine, destinations)
-        elif why == ticks.TRAILS:
-            mine.lengthen_trails(2 * int(mine.state.numbers["most_trail"][0]))
+        elif why == ticks.MEMORY:
+            mine.make_room()
         elif why == ticks.PAIRS:
             pairs = np.zeros(2 * len(mine.state.pairs), PAIR)
             mine.state = mine.state._replace(pairs=pairs)
