@@ -31,12 +31,9 @@ def make_ready(say: Callable[[str], None]) -> None:
 
 
 def kept(run: Simulation) -> Kept:
-    """The arrays of a simulation, begun once, and again if a number has changed."""
-    mine: Kept | None = vars(run).get("_engine")
-    if mine is None or not mine.is_up_to_date:
-        run.world.minds  # noqa: B018  # with the book, whoever had them
-        mine = Kept(run)
-        vars(run)["_engine"] = mine
+    """The arrays of a simulation, begun once."""
+    mine: Kept = vars(run).get("_engine") or Kept(run)
+    vars(run)["_engine"] = mine
     return mine
 
 
@@ -74,8 +71,8 @@ def advance(run: Simulation, count: int) -> None:
                 destinations = run.strategies_decide()
             mine.take()
             instruct(run, mine, destinations)
-        elif why == ticks.TRAILS:
-            mine.lengthen_trails(2 * int(mine.state.numbers["most_trail"][0]))
+        elif why == ticks.MEMORY:
+            mine.make_room()
         elif why == ticks.PAIRS:
             pairs = np.zeros(2 * len(mine.state.pairs), PAIR)
             mine.state = mine.state._replace(pairs=pairs)
