@@ -93,7 +93,7 @@ FLOATS = (
     "HEAT_LOSS", "HEAT_COST",
 )  # fmt: skip
 OTHERS = (
-    "FLIGHT", "STAIRS_SPEED", "WALKING_SPEED", "LOOK_AHEAD_METRES",
+    "STAIRS_SPEED", "WALKING_SPEED", "LOOK_AHEAD_METRES",
     "FIRE_FIRST_DECISION", "FIRE_EVERY_DECISIONS",
 )  # fmt: skip
 WHOLE = {"MOST_FOLLOWERS", "RECONSIDER_TICKS", "PUSH_ROUNDS"}
@@ -247,7 +247,7 @@ class Kept:
     def _numbers(self, most_trail: int, ends: dict[str, int]) -> None:
         """Read the numbers: compiled functions keep none of their own."""
         run = self.run
-        nav = run.navigation
+        nav = self.tables.navigation
         top, left = run.building.origin
         values = {name: getattr(paper, name) for name in FLOATS} | ends
         values |= {
