@@ -1,13 +1,33 @@
 """Between the book and compiled ticks: who plays what, and in which order."""
 
 import sys
+from collections.abc import Callable
 
 import numpy as np
 
+from reference.building import building_of
+from reference.paper import Scenario
 from reference.robots import Destinations, actual_target, said_on_the_way
 from reference.simulation import Simulation
-from reference.workshop.engine import ticks
+from reference.workshop.engine import storing, ticks
 from reference.workshop.engine.state import EVENT, PAIR, Kept
+from reference.workshop.engine.ways import quick_ways
+
+HUT = """building: Hut
+size: 4 x 3
+floor 1: ground
+####
+#..E
+####"""
+
+
+def make_ready(say: Callable[[str], None]) -> None:
+    """Compile what a tick needs, or load it from the disk."""
+
+    def first_call() -> None:
+        advance(Simulation(building_of(HUT), Scenario(people=0)), 0)
+
+    storing.make_ready(first_call, say)
 
 
 def kept(run: Simulation) -> Kept:
@@ -47,7 +67,8 @@ def advance(run: Simulation, count: int) -> None:
             mine.tables.add_row(place, frozenset(marks[:holes]))
         elif why == ticks.STRATEGIES:
             mine.give()
-            destinations = run.strategies_decide()
+            with quick_ways(run.navigation):
+                destinations = run.strategies_decide()
             mine.take()
             instruct(run, mine, destinations)
         elif why == ticks.MEMORY:

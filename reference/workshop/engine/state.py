@@ -162,7 +162,7 @@ class State(NamedTuple):
     full_until: np.ndarray  # (L + 1,) s
     burnt: np.ndarray  # (L,) bool
     burning: np.ndarray  # (places,) bool
-    arrival: np.ndarray  # (places,) s
+    arrival: np.ndarray  # (places,) s, the book's
     ash: np.ndarray  # (places,) bool
     harm: np.ndarray  # (places,)
     cost: np.ndarray  # (places,)
@@ -199,7 +199,8 @@ class Minds(UserList[Mind]):
 
     @property  # type: ignore[override]
     def data(self) -> list[Mind]:
-        """The minds as they are now; the engine takes them over when it goes on."""
+        """The minds as they are now; who has asked once may hold some for ever."""
+        self.kept.asked_for_minds = True
         return self.kept.minds_given()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Any:
@@ -223,6 +224,7 @@ class Kept:
         self._run = ref(run)  # else they hold each other
         self.tables: Tables = tables_of(run.sight)
         self.has_minds = False  # are they newer here than the book's?
+        self.asked_for_minds = False  # by anybody, who may hold some
         self._minds: list[Mind] = []
         self._bodies: dict[str, np.ndarray] = {}
         self._flames: dict[str, np.ndarray] = {}
@@ -292,6 +294,7 @@ class Kept:
         if run is not None:
             twin._run = ref(run)
         twin._minds = []
+        twin.asked_for_minds = False
         twin._bodies = {}
         twin._flames = {}
         own = {name: getattr(self.state, name).copy() for name in OWN}
@@ -476,9 +479,14 @@ class Kept:
         """Take over what burns."""
         flames = self.run.world.flames
         state = self.state
-        for name in ("arrival", "burning", "ash", "harm", "cost"):
+        if flames.arrival is not self._flames.get("arrival"):
+            self._flames["arrival"] = flames.arrival
+            state = state._replace(arrival=flames.arrival.ravel())
+            self.state = state
+        written = bool(flames.sources) or flames.burning.any()
+        for name in ("burning", "ash", "harm", "cost"):
             now = getattr(flames, name)
-            if now is not self._flames.get(name):
+            if written or now is not self._flames.get(name):
                 self._flames[name] = now
                 getattr(state, name)[:] = now.ravel()
         state.burnt[:] = False
@@ -512,6 +520,8 @@ class Kept:
             robot.says = says
             robot.active = bool(active)
             robot.way = self.state.ways[k, at:end].tolist()
+        if self.asked_for_minds:
+            self.minds_given()
 
     def _give_flames(self) -> None:
         """Give the book what burns now, in new arrays: old ones may be kept."""

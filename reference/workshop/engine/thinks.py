@@ -292,7 +292,7 @@ def leader_sets_off(N, me, mine, observe, some):
     return LANDMARK, fresh, -1  # Alg. 2:19, 20
 
 
-@mirrors("humans.think ed5b74")
+@mirrors("humans.think 757297")
 def think(N, me, mine, observe, some):
     """Let one human decide once where to go; True: not where they went before."""
     remember(N, me, mine, observe)
@@ -414,7 +414,7 @@ def arrive(N, me, mine, landmark, beyond):
 
 
 @mirrors("humans._show_decision 6611a6", "humans._straight aebd63")
-def show_decision(N, me, body, cells, clear, fields, used, heap, found):
+def show_decision(N, me, body, cells, clear, W):
     """Copy mode, leader and goal of one mind to its body, which then walks there."""
     body.mode = me.mode
     body.leader = me.leader
@@ -429,6 +429,6 @@ def show_decision(N, me, body, cells, clear, fields, used, heap, found):
     body.goal_x = cells[at].x
     body.goal_y = cells[at].y
     if me.aim == DIRECTION and not reaches(N, clear, body.place, at):
-        at = next_place(N, cells, fields, used, heap, found, body.place, at)
+        at = next_place(N, W, body.place, at)
     body.target_x = cells[at].x
     body.target_y = cells[at].y

@@ -165,10 +165,7 @@ def decide(N, T, S, clock, observe):
             face(me, body.place, T.cells, T.marks)
     for k in range(clock.thinking):
         i = S.who[k]
-        show_decision(
-            N, S.minds[i], S.bodies[i], T.cells, T.clear, T.fields, T.used, T.heap,
-            T.found,
-        )  # fmt: skip
+        show_decision(N, S.minds[i], S.bodies[i], T.cells, T.clear, T.ways)
 
 
 @compiled
@@ -214,10 +211,7 @@ def people_move(N, T, S, rng):
         w.inside = T.cells[body.place].mark
         reckless = body.reckless_until > clock.time - 1e-9
         w.fearless = S.burning[body.place] or reckless
-        target(
-            N, T.cells, T.fields, T.used, T.heap, T.found, T.after, T.waypoint, clock,
-            body, w,
-        )  # fmt: skip
+        target(N, T.cells, T.ways, T.after, T.waypoint, clock, body, w)
     around = Around(T.cells, S.full_until, S.burning, S.clock)
     step(N, around, S.walkers, n, S.pairs, count, rng)
     clock.touched = 0

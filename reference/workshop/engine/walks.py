@@ -426,7 +426,7 @@ def step(N, A, walkers, n, pairs, count, rng):
 
 
 @mirrors("walking.targets 39a60f")
-def target(N, cells, fields, used, heap, found, after, waypoint, clock, body, w):
+def target(N, cells, W, after, waypoint, clock, body, w):
     """Where one walks straight at; without headway, from cell to cell [A9, chosen]."""
     p = body.place
     mark = body.landmark
@@ -438,7 +438,7 @@ def target(N, cells, fields, used, heap, found, after, waypoint, clock, body, w)
         at = np.int64(after[mark, cell] if held_up else waypoint[mark, cell])
     elif held_up:
         goal = place_around(N, p // N.floor_size, body.target_x, body.target_y)
-        at = next_place(N, cells, fields, used, heap, found, p, goal)
+        at = next_place(N, W, p, goal)
     else:
         return
     w.to_x = cells[at].x

@@ -178,7 +178,7 @@ def decide_in_turn(
     landmarks = world.building.landmarks
     destinations = Destinations()
     for robot in robots:
-        led = int((guide == robot.body).sum())
+        led = np.count_nonzero(guide == robot.body)
         way = way_of(robot, led)
         group = choose(groups(world, robot, lost), way, led, detour)
         if group is not None:
@@ -202,7 +202,7 @@ def choose(found: Iterable[Group], way: Way, led: int, detour: float) -> Group |
     best = None
     most = led / (TRIP + way.here)
     for group in found:
-        count = int(group.people.sum())
+        count = np.count_nonzero(group.people)
         out = float(way.metres[group.place])
         rate = (led + count) / (TRIP + group.metres + out)
         extra = group.metres + out - way.here
@@ -218,33 +218,41 @@ def groups(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
 
     lost: (n,) bool, who may be fetched
     """
-    yield from _groups_on_floor(world, robot, lost)
-    yield from _groups_on_stairs(world, robot, lost)
+    d = metres_from(world, robot)
+    yield from _groups_on_floor(world, robot, lost, d)
+    yield from _groups_on_stairs(world, robot, lost, d)
 
 
-def _groups_on_floor(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
+def _groups_on_floor(
+    world: World, robot: Robot, lost: np.ndarray, d: np.ndarray
+) -> Iterator[Group]:
     """Gather people around each who follows nobody and is not at hand already."""
     bodies = world.bodies
-    d = metres_from(world, robot)
     here = lost & bodies.walking & (bodies.floor == robot.floor)
-    for head in np.flatnonzero(here & (bodies.leader == NOBODY)).tolist():
-        p = int(bodies.place[head])
-        if d[p] >= AT_HAND:
-            x, y = bodies.position[head].tolist()
-            off = lengths(bodies.position - (x, y))
-            yield Group(here & (off < GROUP_RADIUS), p, (x, y), float(d[p]))
+    heads = np.flatnonzero(here & (bodies.leader == NOBODY))
+    heads = heads[d[bodies.place[heads]] >= AT_HAND]
+    place = bodies.place[heads]
+    point = bodies.position[heads]
+    off = lengths(bodies.position - point[:, None])
+    people = here & (off < GROUP_RADIUS)
+    found = zip(people, place.tolist(), point.tolist(), d[place].tolist(), strict=True)
+    for those, p, (x, y), metres in found:
+        yield Group(those, p, (x, y), metres)
 
 
-def _groups_on_stairs(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
+def _groups_on_stairs(
+    world: World, robot: Robot, lost: np.ndarray, d: np.ndarray
+) -> Iterator[Group]:
     """Of those who come down a stairwell: the first, the first two, ... as a group."""
     building, bodies = world.building, world.bodies
-    d = metres_from(world, robot)
     storeys = bodies.floor - robot.floor - 1  # still to go after this flight
     seconds = bodies.stairs_until - world.time + storeys * paper.stairs_seconds()
     for k in stairs_that_end(building, robot.floor):
+        coming = lost & (bodies.stairwell == k)
+        if not coming.any():
+            continue
         foot = before_stairwell(building, robot.floor, k)
         p = navigation_of(building).place(robot.floor, *foot)
-        coming = lost & (bodies.stairwell == k)
         for last in np.unique(seconds[coming]).tolist():
             metres = max(float(d[p]), last * paper.ROBOT_SPEED)
             yield Group(coming & (seconds <= last), p, foot, metres)
@@ -284,14 +292,16 @@ def risk(world: World) -> np.ndarray | None:
 
     None without flames.
     """
-    nav = navigation_of(world.building)
     flames = world.flames
-    cost = flames.cost.ravel()
+    if not flames.burning.any():
+        return None
+    nav = navigation_of(world.building)
+    d = np.full(nav.places, inf)
     for floor, burning in enumerate(flames.burning):
-        d = nav.distances(np.flatnonzero(burning) + floor * nav.floor_size)
-        soon = np.maximum(1 - d / SOON, 0)
-        cost = np.maximum(cost, 1 + SOON_COST * soon)
-    return cost if flames.burning.any() else None
+        alight = np.flatnonzero(burning) + floor * nav.floor_size
+        d = np.minimum(d, nav.distances(alight))
+    soon = np.maximum(1 - d / SOON, 0)
+    return np.maximum(flames.cost.ravel(), 1 + SOON_COST * soon)
 
 
 def station(world: World, robot: Robot) -> Destination | None:

@@ -9,6 +9,7 @@ hand-written robots and the robot's frame share them.
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, wraps
 from itertools import zip_longest
+from operator import itemgetter
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -33,6 +34,8 @@ def kept(most: int) -> Callable[[Function], Function]:
     Whoever changes a number of `paper` at run time is heard: it is another question.
     """
 
+    numbers_in = itemgetter(*paper.numbers())
+
     def keep(function: Function) -> Function:
         @lru_cache(maxsize=most)
         def answer(numbers: tuple[Any, ...], *asked: Any) -> Any:
@@ -40,7 +43,7 @@ def kept(most: int) -> Callable[[Function], Function]:
 
         @wraps(function)
         def ask(*asked: Any) -> Any:
-            return answer(tuple(paper.numbers().values()), *asked)
+            return answer(numbers_in(vars(paper)), *asked)
 
         return cast(Function, ask)
 

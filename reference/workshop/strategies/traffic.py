@@ -41,12 +41,15 @@ def traffic(
         here = slice(floor * nav.floor_size, (floor + 1) * nav.floor_size)
         out[here] = d[here]
         p = coming[(coming // nav.floor_size == floor) & np.isfinite(d[coming])]
-        while len(p):  # everybody takes one step, or the stairs, or is out
-            np.add.at(passed, p, 1)
-            walks = after[p] != p
-            down = below[p[~walks]]
-            coming = np.append(coming, down[down >= 0])
-            p = after[p[walks]]
+        crossed = [p]
+        while len(p):  # everybody takes one step, or has arrived
+            further = after[p]
+            p = further[further != p]
+            crossed.append(p)
+        walked = np.concatenate(crossed)
+        passed += np.bincount(walked, minlength=nav.places)
+        down = below[walked[after[walked] == walked]]
+        coming = np.append(coming, down[down >= 0])
     return passed, out
 
 
