@@ -143,7 +143,9 @@ class Played(World):
 
     @minds.setter
     def minds(self, minds: list[Mind]) -> None:
-        self.minds  # noqa: B018
+        if "kept" in self.__dict__:
+            self.minds  # noqa: B018
+        self.__class__ = World
         self.minds = minds
 
     def __reduce_ex__(self, protocol: Any) -> Any:
