@@ -15,7 +15,13 @@ from typing import Any
 import numpy as np
 
 from reference.building import Building
-from reference.game.observations import from_normalised, grid_shape, vector_layout
+from reference.game.observations import (
+    fire_vectors,
+    from_normalised,
+    grid_shape,
+    robot_vectors,
+    vector_layout,
+)
 from reference.paper import Scenario
 from reference.world import World
 
@@ -63,6 +69,12 @@ class PolicyCodec:
             continuous=AXES,
             branches=(self.building.floors,) if self.side == "fire" else (),
         )
+
+    def observe(self, worlds: Sequence[World]) -> np.ndarray:
+        """(S, G, V) float32, what each agent of the side observes in S worlds."""
+        if self.side == "fire":
+            return fire_vectors(worlds, self.layout)
+        return robot_vectors(worlds, self.layout)
 
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, G, V) float32, what a network reads at S moments.

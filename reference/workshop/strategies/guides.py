@@ -331,7 +331,6 @@ def as_observed(world: World) -> World:
 
     People within sight of robots, measured on foot and without flames, follow the
     nearest. Nobody else is led, nobody heads for a landmark, all on stairs are halfway.
-    Nobody's mind is seen.
     """
     nav = navigation_of(world.building)
     bodies = world.bodies
@@ -348,7 +347,7 @@ def as_observed(world: World) -> World:
         landmark=np.full_like(bodies.landmark, NOWHERE),
         stairs_until=np.where(on_stairs, halfway, inf),
     )
-    return replace(world, bodies=observed, minds=[])
+    return replace(world, bodies=observed)
 
 
 def unguided(world: World) -> np.ndarray:
