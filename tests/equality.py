@@ -25,7 +25,7 @@ import numpy as np
 from numpy.random import Generator as Rng
 
 from reference.building import Building, Kind
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.engine.going import advance
 from reference.workshop.maps import MistakesError, load
@@ -111,10 +111,7 @@ class Emergency(NamedTuple):
 
     def begin(self) -> Simulation:
         """The simulation, ready to begin."""
-        guide = SCRIPTS["robots"][self.robots]()
-        foe = SCRIPTS["fire"][self.fire]()
-        scene = Scenario(**self.scenario)
-        return Simulation(_building(self.building), scene, guide, foe, self.seed)
+        return simulation(*self[1:5], **self.scenario)
 
     def __str__(self) -> str:
         name = "random floors" if "\n" in self.building else self.building
@@ -123,6 +120,15 @@ class Emergency(NamedTuple):
 
 
 _building = lru_cache(4)(load)
+
+
+def simulation(
+    building: str, robots: str, fire: str, seed: int, **scenario: Any
+) -> Simulation:
+    """A simulation of strategies by name, ready to begin."""
+    guide = SCRIPTS["robots"][robots]()
+    foe = SCRIPTS["fire"][fire]()
+    return Simulation(_building(building), Scenario(**scenario), guide, foe, seed)
 
 
 def emergency(number: int, small: bool = False) -> Emergency:
@@ -324,7 +330,10 @@ def _another(run: Simulation, rng: Rng) -> Simulation:
 
 def first_difference(one: Emergency, most: int = sys.maxsize) -> tuple[int, str]:
     """Ticks compared, and the first tick, person and field that differ, "" if none."""
-    book = one.begin()
+    try:
+        book = one.begin()
+    except InputError:  # more people than fit
+        return 0, ""
     other = one.begin()
     rng = np.random.default_rng(one.seed)
     if one.odd:

@@ -22,7 +22,7 @@ from reference.workshop.engine.going import advance
 from reference.workshop.maps import load
 from reference.workshop.strategies import SCRIPTS
 from reference.world import Aim, Mind, World
-from tests.workshop.test_engine import simulation, unlike
+from equality import simulation, unlike
 
 
 def played(ticks: int = 120, **kw: Any) -> Simulation:

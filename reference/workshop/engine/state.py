@@ -10,6 +10,7 @@ from collections import UserList
 from collections.abc import Sequence
 from copy import deepcopy
 from operator import itemgetter
+from sys import getrefcount
 from typing import Any, NamedTuple, cast
 from weakref import ref
 
@@ -190,6 +191,14 @@ OWN = State._fields[: State._fields.index("numbers")]
 FRESH = Mind()
 
 
+def references(things: list[Any]) -> list[int]:
+    """How often each of these is held, by this list and by others."""
+    return [getrefcount(thing) for thing in things]
+
+
+ONCE = references([object()])[0]  # held by a list alone
+
+
 class Minds(UserList[Mind]):
     """A world's minds while the engine plays: copied back when somebody asks."""
 
@@ -227,6 +236,7 @@ class Kept:
         self.asked_for_minds = False  # by anybody, who may hold some
         self._minds: list[Mind] = []
         self._bodies: dict[str, np.ndarray] = {}
+        self._held: dict[str, np.ndarray] = {}  # columns that somebody has from before
         self._flames: dict[str, np.ndarray] = {}
         self._settings: tuple[float, ...] = ()
 
@@ -296,6 +306,7 @@ class Kept:
         twin._minds = []
         twin.asked_for_minds = False
         twin._bodies = {}
+        twin._held = {}
         twin._flames = {}
         own = {name: getattr(self.state, name).copy() for name in OWN}
         twin.state = self.state._replace(**own)
@@ -404,7 +415,8 @@ class Kept:
     def _take_bodies(self, bodies: Bodies) -> None:
         """Make the book's arrays columns of the records."""
         all_mine = self.state.bodies
-        for name, now in vars(bodies).items():
+        holders = references(list(vars(bodies).values()))
+        for (name, now), count in zip(vars(bodies).items(), holders, strict=True):
             if now is self._bodies.get(name):
                 continue
             column = all_mine[POINTS.get(name, name)]
@@ -413,6 +425,8 @@ class Kept:
                 shape = (len(all_mine), 2)
                 column = np.lib.stride_tricks.as_strided(column, shape, strides)
             column[:] = now
+            if count > ONCE + 1:  # not by the bodies alone
+                self._held[name] = now
             self._bodies[name] = column
             setattr(bodies, name, column)
 
@@ -421,6 +435,8 @@ class Kept:
         if isinstance(minds, Minds) and self._take_copied(minds.kept):
             return
         self._minds = minds.data if isinstance(minds, Minds) else cast(list, minds)
+        if max(references(self._minds), default=0) > ONCE:
+            self.asked_for_minds = True
         others = [i for i, mind in enumerate(self._minds) if mind != FRESH]
         been = max((len(minds[i].been) for i in others), default=0)
         trail = max((len(minds[i].trail) for i in others), default=0)
@@ -520,6 +536,8 @@ class Kept:
             robot.says = says
             robot.active = bool(active)
             robot.way = self.state.ways[k, at:end].tolist()
+        for name, array in self._held.items():
+            array[:] = self._bodies[name]
         if self.asked_for_minds:
             self.minds_given()
 
