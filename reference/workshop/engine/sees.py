@@ -125,7 +125,12 @@ def burns_towards(N, observe, place):
     return observe.now[0].alight and burns_on_way(N, observe, place, False)
 
 
-@mirrors("view.View.passable 8ba12b", "rays.Sight.line 05e29a")
+@mirrors(
+    "view.View.passable 8ba12b",
+    "rays.Sight.line 05e29a",
+    "rays.Sight._stops ef0f08",
+    "rays.Sight._metres e5df4a",
+)
 def passable(N, observe, hit):
     """Is there no flame in sight on the straight way to a landmark in view?"""
     if not observe.now[0].alight:

@@ -108,7 +108,12 @@ def play(T, S, rng):
         clock.left -= 1
 
 
-@mirrors("simulation.Simulation.done 2d1bf3")
+@mirrors(
+    "simulation.Simulation.done 2d1bf3",
+    "world.Bodies.inside 88092e",
+    "world.Bodies.walking ddf493",
+    "world.Bodies.__len__ af79bb",
+)
 def is_done(N, clock, bodies):
     """Nobody is inside any more, or time is up."""
     if clock.time >= N.time_limit - 1e-9:
@@ -119,7 +124,10 @@ def is_done(N, clock, bodies):
     return True
 
 
-@mirrors("simulation.Simulation.fire_turn 37158f")
+@mirrors(
+    "simulation.Simulation.fire_turn 37158f",
+    "simulation.Simulation.strategies_decide 1ec6a5",
+)
 def fire_turn(N, clock):
     """Is it the fire's turn, with sources left, at a decision? [D2, D6]"""
     since = clock.ticks // N.decision_ticks - N.fire_first
