@@ -25,18 +25,18 @@ def make_ready(say: Callable[[str], None]) -> None:
     """Compile what a tick needs, or load it from the disk."""
 
     def first_call() -> None:
-        advance(Simulation(building_of(HUT), Scenario(people=0)), 0)
+        run = Simulation(building_of(HUT), Scenario(people=0))
+        advance(run, 0)
+        with quick_ways(run.navigation):
+            run.navigation.distances(run.navigation.goals[0])
 
     storing.make_ready(first_call, say)
 
 
 def kept(run: Simulation) -> Kept:
-    """The arrays of a simulation, begun once, and again if a number has changed."""
-    mine: Kept | None = vars(run).get("_engine")
-    if mine is None or not mine.is_up_to_date:
-        run.world.minds  # noqa: B018  # with the book, whoever had them
-        mine = Kept(run)
-        vars(run)["_engine"] = mine
+    """The arrays of a simulation, begun once."""
+    mine: Kept = vars(run).get("_engine") or Kept(run)
+    vars(run)["_engine"] = mine
     return mine
 
 
@@ -74,8 +74,8 @@ def advance(run: Simulation, count: int) -> None:
                 destinations = run.strategies_decide()
             mine.take()
             instruct(run, mine, destinations)
-        elif why == ticks.TRAILS:
-            mine.lengthen_trails(2 * int(mine.state.numbers["most_trail"][0]))
+        elif why == ticks.MEMORY:
+            mine.make_room()
         elif why == ticks.PAIRS:
             pairs = np.zeros(2 * len(mine.state.pairs), PAIR)
             mine.state = mine.state._replace(pairs=pairs)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from reference.building import Kind
-from reference.navigation import Navigation
+from reference.navigation import Navigation, navigation_of
 from reference.rays import Sight
 from reference.workshop.engine.ways import Ways, ways_of
 
@@ -28,8 +28,8 @@ def record(**kinds: str) -> np.dtype:
 
 
 CELL = record(
-    x="f8", y="f8", to_landmarks="f8", mark="i4", area="i4", patch="i4", row="i4",
-    walkable="u1",
+    x="f8", y="f8", to_landmarks="f8", down="i4", right="i4", mark="i4", area="i4",
+    patch="i4", row="i4", walkable="u1",
 )  # fmt: skip
 MARK = record(
     x="f8", y="f8", width="f8", floor="i4", kind="i4", stairwell="i4", leads_out="i4"
@@ -65,8 +65,9 @@ class Arrays(NamedTuple):
 class Tables:
     """The tables of one Sight, which grow."""
 
-    def __init__(self, sight: Sight, nav: Navigation):
+    def __init__(self, sight: Sight):
         """Build what does not depend on who stands where."""
+        nav = navigation_of(sight.building)
         building = sight.building
         self.sight = sight
         self.navigation = nav
@@ -78,6 +79,7 @@ class Tables:
         cells = np.zeros(nav.places, CELL)
         cells["x"], cells["y"] = nav.centres.T
         cells["to_landmarks"] = nav.to_landmarks
+        cells["down"], cells["right"] = np.divmod(np.arange(nav.places), nav.cols)
         cells["mark"] = building.landmark.ravel()
         cells["area"] = building.area.ravel()
         cells["patch"] = sight.patches
@@ -212,10 +214,10 @@ def _landings(nav: Navigation) -> np.ndarray:
     return np.array(found, LANDING)
 
 
-def tables_of(sight: Sight, nav: Navigation) -> Tables:
+def tables_of(sight: Sight) -> Tables:
     """The tables of a Sight, begun once; they go when it goes."""
     kept: Tables | None = vars(sight).get("_engine")
-    if kept is None or kept.navigation is not nav:
-        kept = Tables(sight, nav)
+    if kept is None or kept.navigation is not navigation_of(sight.building):
+        kept = Tables(sight)
         vars(sight)["_engine"] = kept
     return kept

@@ -19,6 +19,8 @@ from reference.workshop.engine.sees import (
     INSIDE,
     Observe,
     face,
+    grid_cell,
+    lay_grid,
     look,
     row_of,
 )
@@ -43,7 +45,7 @@ STAIRS = int(Kind.ENTRANCE)
 # where a call goes on
 SENSE, ROBOTS, MOVE = range(3)
 # why it came back
-PLAYED, OVER, STRATEGIES, ROW, TRAILS, PAIRS, EVENTS = range(7)
+PLAYED, OVER, STRATEGIES, ROW, MEMORY, PAIRS, EVENTS = range(7)
 
 
 @mirrors("simulation.Simulation.step 5b2e4c", "simulation.Simulation.burn 6e91f8",
@@ -64,11 +66,12 @@ def play(T, S, rng):
             if clock.events + 4 * N.people + N.landmarks > len(S.events):
                 return EVENTS
             for i in range(N.people):
-                if S.minds[i].trail + 1 > N.most_trail:
-                    return TRAILS
-            if not sense(N, T, S):
+                mind = S.minds[i]
+                if mind.been == N.most_been or mind.trail == N.most_trail:
+                    return MEMORY
+            if not sense(N, T, S, clock):
                 return ROW
-            decide(N, T, S, observe)
+            decide(N, T, S, clock, observe)
             clock.phase = ROBOTS
             if clock.ticks % N.decision_ticks == 0:
                 if len(S.robots) or (clock.fire and fire_turn(N, clock)):
@@ -127,8 +130,9 @@ def fire_turn(N, clock):
 
 
 @compiled
-def sense(N, T, S):
+def sense(N, T, S, clock):
     """Find the row of all who are due; False: one is missing."""
+    clock.thinking = 0
     for i in range(N.people):
         body = S.bodies[i]
         if S.due[i] and body.fate == INSIDE and body.stairwell < 0:
@@ -137,32 +141,46 @@ def sense(N, T, S):
             )
             if row < 0:
                 return False
+            S.who[clock.thinking] = i
             S.row_of[i] = row
+            clock.thinking += 1
     return True
 
 
 @mirrors("humans.decide fb2cbf")
-def decide(N, T, S, observe):
+def decide(N, T, S, clock, observe):
     """Let those who are due think; then show on their bodies what they have decided."""
-    for i in range(N.people):
+    if not clock.thinking:
+        return
+    place_people(N, S, S.grid[0])
+    for k in range(clock.thinking):
+        i = S.who[k]
         body = S.bodies[i]
-        here = body.fate == INSIDE and body.stairwell < 0
-        S.spots[i, 0] = body.x + FLOOR_APART * body.floor if here else inf
-        S.spots[i, 1] = body.y
-    for i in range(N.people):
+        me = S.minds[i]
+        look(
+            N, clock, S.bodies, S.spots, S.grid[0], S.heads, S.robots, S.burnt, T.cells,
+            T.rows[S.row_of[i]], observe, S.row_of[i], i,
+        )  # fmt: skip
+        if think(N, me, S.memory[i], observe, S.some):
+            face(me, body.place, T.cells, T.marks)
+    for k in range(clock.thinking):
+        i = S.who[k]
+        show_decision(N, S.minds[i], S.bodies[i], T.cells, T.clear, T.ways)
+
+
+@compiled
+def place_people(N, S, grid):
+    """Put all who walk on a floor into the grid, low numbers first."""
+    lay_grid(N, grid, S.heads, N.reach)
+    for i in range(N.people - 1, -1, -1):
         body = S.bodies[i]
-        if S.due[i] and body.fate == INSIDE and body.stairwell < 0:
-            me = S.minds[i]
-            look(
-                N, S.clock[0], S.bodies, S.spots, S.robots, S.burnt, T.cells,
-                T.rows[S.row_of[i]], observe, S.row_of[i], i,
-            )  # fmt: skip
-            if think(N, me, S.memory[i], observe, S.some):
-                face(me, body.place, T.cells, T.marks)
-    for i in range(N.people):
-        body = S.bodies[i]
-        if S.due[i] and body.fate == INSIDE and body.stairwell < 0:
-            show_decision(N, S.minds[i], body, T.cells, T.clear, T.ways)
+        if body.fate == INSIDE and body.stairwell < 0:
+            spot = S.spots[i]
+            spot.x = body.x + FLOOR_APART * body.floor
+            spot.y = body.y
+            spot.cell = grid_cell(N, grid, body.floor, body.x, body.y)
+            spot.later = S.heads[spot.cell]
+            S.heads[spot.cell] = i
 
 
 # -- MOVE ---------------------------------------------------------------------------
@@ -183,7 +201,7 @@ def people_move(N, T, S, rng):
             w.y = body.y
             w.pace = body.pace
             n += 1
-    count = neighbours(N, S.walkers, n, S.pairs, S.heads)
+    count = neighbours(N, S.walkers, n, S.pairs, S.grid[0], S.heads)
     if count < 0:
         return False
 

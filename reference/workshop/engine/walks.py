@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from reference.workshop.engine.mirrors import compiled, mirrors
-from reference.workshop.engine.sees import INSIDE
+from reference.workshop.engine.sees import INSIDE, grid_cell, grid_position, lay_grid
 from reference.workshop.engine.thinks import arrive
 from reference.workshop.engine.ways import next_place
 
@@ -32,7 +32,7 @@ class Around(NamedTuple):
 
 
 @mirrors("motion.neighbours 11aba2")
-def neighbours(N, walkers, n, pairs, heads):
+def neighbours(N, walkers, n, pairs, grid, heads):
     """Pairs on the same floor that are near each other; -1: no room for all."""
     if n < 2:
         return 0
@@ -42,33 +42,24 @@ def neighbours(N, walkers, n, pairs, heads):
     near = max(N.NEIGHBOUR_METRES, N.body_diameter + 2 * pace * N.tick)
     square = near * near
 
-    # chains of bodies in each cell of a coarse grid, low numbers first
-    wide = near
-    across = np.int64(N.cols / wide) + 2
-    down = np.int64(N.rows / wide) + 2
-    while N.floors * down * across > len(heads):
-        wide *= 2
-        across = np.int64(N.cols / wide) + 2
-        down = np.int64(N.rows / wide) + 2
-    for cell in range(N.floors * down * across):
-        heads[cell] = -1
+    # chains of bodies in each cell of a grid, low numbers first
+    lay_grid(N, grid, heads, near)
     for i in range(n - 1, -1, -1):
         w = walkers[i]
-        col = min(max(np.int64((w.x + N.left) / wide), 0), across - 1)
-        row = min(max(np.int64((N.top - w.y) / wide), 0), down - 1)
-        w.cell = (w.floor * down + row) * across + col
+        w.cell = grid_cell(N, grid, w.floor, w.x, w.y)
         w.later = heads[w.cell]
         heads[w.cell] = i
 
     count = 0
     for i in range(n):
         w = walkers[i]
-        col = w.cell % across
-        row = w.cell // across % down
+        across, down = grid_position(grid, w.cell)
         begin = count
-        for d_row in range(-1 if row else 0, 2 if row < down - 1 else 1):
-            for d_col in range(-1 if col else 0, 2 if col < across - 1 else 1):
-                j = heads[w.cell + d_row * across + d_col]
+        for d_row in range(-1 if down else 0, 2 if down < grid.down - 1 else 1):
+            for d_col in range(
+                -1 if across else 0, 2 if across < grid.across - 1 else 1
+            ):
+                j = heads[w.cell + d_row * grid.across + d_col]
                 while j >= 0:
                     if j > i:
                         x = walkers[j].x - w.x
