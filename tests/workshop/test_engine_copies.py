@@ -13,6 +13,8 @@ import pytest
 
 pytest.importorskip("numba")
 
+from equality import simulation, unlike
+
 from reference import paper
 from reference.paper import Scenario
 from reference.rays import sight_of
@@ -22,7 +24,6 @@ from reference.workshop.engine.going import advance
 from reference.workshop.maps import load
 from reference.workshop.strategies import SCRIPTS
 from reference.world import Aim, Mind, World
-from equality import simulation, unlike
 
 
 def played(ticks: int = 120, **kw: Any) -> Simulation:

@@ -112,11 +112,14 @@ def reached() -> set[str]:
                     run.step()
         finally:
             sys.setprofile(None)
-    within = ("<lambda>", "<genexpr>", "comp>", "__init__")  # what has no name of its own
+    within = (
+        "<lambda>",
+        "<genexpr>",
+        "comp>",
+        "__init__",
+    )  # what has no name of its own
     return {
-        name
-        for name in found
-        if not name.endswith(within) and "<locals>" not in name
+        name for name in found if not name.endswith(within) and "<locals>" not in name
     }
 
 
