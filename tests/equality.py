@@ -4,8 +4,8 @@
 the book steps one, the engine the other.  `python tests/equality.py --only 17` plays
 the seventeenth again.  It stops at the first tick, person and field that differ.
 
-After every tick it compares bodies, who is due, full doors, where people walked, robots,
-flames, burnt doors, events, clocks, and the random generators, all to the bit; and
+After every tick it compares bodies, who is due, full doors, where people walked,
+robots, flames, burnt doors, events, clocks, and the random generators, all to the bit; and
 minds, in three ways, by lot: all of them after every tick; after every seventh (so that
 what the engine remembers lives on); or everything only at each decision (so that the
 engine plays from one to the next in one go).
@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.random import Generator as Rng
 
-from reference.building import Building, Kind
+from reference.building import Kind
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.engine.going import advance
@@ -364,7 +364,7 @@ def first_difference(one: Emergency, most: int = sys.maxsize) -> tuple[int, str]
             if rng.random() < 0.2:
                 other = _another(other, rng)
                 book.robot_strategy.run = book
-    if not book.done == other.done:
+    if book.done != other.done:
         return ticks, f"{one}: only one of them is done"
     return ticks, ""
 

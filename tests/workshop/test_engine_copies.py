@@ -25,6 +25,8 @@ from reference.workshop.maps import load
 from reference.workshop.strategies import SCRIPTS
 from reference.world import Aim, Mind, World
 
+pytestmark = pytest.mark.usefixtures("engine_plays")
+
 
 def played(ticks: int = 120, **kw: Any) -> Simulation:
     """A simulation that the engine has begun."""

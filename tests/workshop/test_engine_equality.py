@@ -27,6 +27,8 @@ from reference.workshop.engine.going import advance
 from reference.workshop.engine.state import OF_PAPER
 from reference.world import Died, Evacuated
 
+pytestmark = pytest.mark.usefixtures("engine_plays")
+
 INDIRECT = (
     "STAIRS_SPEED",
     "WALKING_SPEED",

@@ -1,4 +1,4 @@
-"""What ties the engine to the book: digests, and standing aside where a rule changed."""
+"""What ties the engine to the book: digests; it stands aside where a rule changed."""
 
 import inspect
 import sys
@@ -58,7 +58,7 @@ def test_a_mirror_says_where_it_stands() -> None:
 
 
 ASKED = {
-    "simulation.Simulation.strategies_decide": "strategies and new fires are the book's",
+    "simulation.Simulation.strategies_decide": "strategies, new fires",
     "robots.actual_target": "asked at decisions",
     "robots.said_on_the_way": "asked at decisions",
     "navigation.navigation_of": "tables are made from it",
@@ -183,6 +183,7 @@ CHANGES = [
 ]
 
 
+@pytest.mark.usefixtures("engine_plays")
 @pytest.mark.parametrize(("where", "name", "other", "said"), CHANGES)
 def test_the_engine_stands_aside_where_a_rule_or_a_constant_has_changed(
     where: Any,
@@ -204,6 +205,7 @@ def test_the_engine_stands_aside_where_a_rule_or_a_constant_has_changed(
     assert engine.knows_all_rules()
 
 
+@pytest.mark.usefixtures("engine_plays")
 @pytest.mark.parametrize(
     ("name", "other"), [("stuck", never_stuck), ("LEADER", DoorsFirst())]
 )

@@ -35,8 +35,12 @@ def act(N, T, S, clock, k):
     robot.decided = 0
 
 
-@mirrors("robots.flame_cost 58862a", "navigation.Navigation.way 28245e", "navigation.Navigation.shortest 47c82d",
-         "navigation.Navigation.corners 8d95f4")  # fmt: skip
+@mirrors(
+    "robots.flame_cost 58862a",
+    "navigation.Navigation.way 28245e",
+    "navigation.Navigation.shortest 47c82d",
+    "navigation.Navigation.corners 8d95f4",
+)
 def plan(N, T, S, clock, robot, way):
     """Find the way to where a robot has decided to go: places, from `at` to `end`."""
     W = T.ways
