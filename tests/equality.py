@@ -4,11 +4,12 @@
 the book steps one, the engine the other.  `python tests/equality.py --only 17` plays
 the seventeenth again.  It stops at the first tick, person and field that differ.
 
-After every tick it compares bodies, who is due, full doors, where people walked,
-robots, flames, burnt doors, events, clocks, and the random generators, all to the bit; and
-minds, in three ways, by lot: all of them after every tick; after every seventh (so that
-what the engine remembers lives on); or everything only at each decision (so that the
-engine plays from one to the next in one go).
+It compares bodies, who is due, full doors, where people walked, robots, flames, burnt
+doors, events, clocks, the random generators and minds, all to the bit; in three ways,
+by lot: all of it after every tick; minds after every seventh tick only (so that what
+the engine remembers lives on); or all of it only at each decision (so that the engine
+plays from one to the next in one go).  Three in ten are odd: the world is changed,
+copied or pickled meanwhile, and book and engine take turns.
 """
 
 import argparse
