@@ -7,6 +7,7 @@ somebody stood in has a row, made by the book's `Sight` when it is first asked f
 """
 
 from collections.abc import Iterable
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,7 +70,8 @@ class Tables:
         """Build what does not depend on who stands where."""
         nav = navigation_of(sight.building)
         building = sight.building
-        self.sight = sight
+        self.sight = copy(sight)  # with caches of its own, which are emptied
+        self._forget()
         self.navigation = nav
         self.half = int(sight.reach) + 1
         self.side = 2 * self.half + 1
@@ -162,6 +164,15 @@ class Tables:
             first = self.arrays.rows[cell["row"]]
             row["next"] = first["next"]
             first["next"] = number
+
+        self._forget()
+
+    def _forget(self) -> None:
+        """Keep nothing of what `sight` has found: rows are smaller."""
+        parts = vars(self.sight)
+        for name, part in list(parts.items()):
+            if hasattr(part, "cache_clear"):
+                del parts[name]
 
     def need(self, places: Iterable[int]) -> None:
         """See to it that these places have a row without holes."""
