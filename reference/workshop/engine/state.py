@@ -286,7 +286,7 @@ class Kept:
         return memo.get(id(self))
 
     def copied(self, run: Simulation | None) -> "Kept":
-        """A copy for a copy of the simulation (incomplete yet), or of its world alone."""
+        """A copy, for a copy of the simulation (not complete yet) or of its world."""
         twin = Kept.__new__(Kept)
         vars(twin).update(vars(self))
         if run is not None:

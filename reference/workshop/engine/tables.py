@@ -1,4 +1,4 @@
-"""What never moves, from the book's own `Navigation` and `Sight`: no geometry of its own.
+"""What never moves, from the book's `Navigation` and `Sight`: no geometry of its own.
 
 What is seen from a place depends on the holes in view [A6]: each (place, holes) that
 somebody stood in has a row, made by the book's `Sight` when it is first asked for.
@@ -24,7 +24,7 @@ OVERLOOKED = 8
 
 
 def record(**kinds: str) -> np.dtype:
-    """A kind of records, in one place: an equal one made elsewhere costs 40 us a call."""
+    """A kind of records; an equal one made elsewhere would cost 40 us a call."""
     return np.dtype(list(kinds.items()), align=True)
 
 
@@ -211,7 +211,8 @@ class Tables:
         if len(array) < least:
             longer = np.zeros((2 * least, *array.shape[1:]), array.dtype)
             longer[: len(array)] = array
-            self.arrays = self.arrays._replace(**{name: longer})
+            grown: dict[str, Any] = {name: longer}
+            self.arrays = self.arrays._replace(**grown)
 
 
 def _landings(nav: Navigation) -> np.ndarray:
