@@ -43,8 +43,8 @@ def compiled(function: Callable[..., Any], entry: bool = False) -> Any:
     Nothing compiled makes arrays (`_nrt=False`): counting who holds one, atomically,
     took half the time.
     """
-    options: Any = {"error_model": "numpy", "forceinline": not entry}
-    made = numba.njit(_nrt=False, **options)(function)
+    options: Any = {"error_model": "numpy", "forceinline": not entry, "_nrt": False}
+    made = numba.njit(**options)(function)
     if entry:
         ENTRIES.append(made)
     return made

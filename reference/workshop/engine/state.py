@@ -188,8 +188,6 @@ class State(NamedTuple):
 
 OWN = State._fields[: State._fields.index("numbers")]
 
-FRESH = Mind()
-
 
 def references(things: list[Any]) -> list[int]:
     """How often each of these is held, by this list and by others."""
@@ -206,8 +204,8 @@ class Minds(UserList[Mind]):
         """Make the list; the minds stay with the engine."""
         self.kept = kept
 
-    @property  # type: ignore[override]
-    def data(self) -> list[Mind]:
+    @property
+    def data(self) -> list[Mind]:  # type: ignore[override]
         """The minds as they are now; who has asked once may hold some for ever."""
         self.kept.asked_for_minds = True
         return self.kept.minds_given()
@@ -298,7 +296,7 @@ class Kept:
         return memo.get(id(self))
 
     def copied(self, run: Simulation | None) -> "Kept":
-        """A copy for a copy of the simulation (incomplete yet), or of its world alone."""
+        """A copy, for a copy of the simulation (not complete yet) or of its world."""
         twin = Kept.__new__(Kept)
         vars(twin).update(vars(self))
         if run is not None:
@@ -431,25 +429,25 @@ class Kept:
             setattr(bodies, name, column)
 
     def _take_minds(self, minds: Sequence[Mind]) -> None:
-        """Write minds into the records; most are as they were made at the start."""
+        """Write minds into the records; at the start they remember nothing."""
         if isinstance(minds, Minds) and self._take_copied(minds.kept):
             return
         self._minds = minds.data if isinstance(minds, Minds) else cast(list, minds)
         if max(references(self._minds), default=0) > ONCE:
             self.asked_for_minds = True
-        others = [i for i, mind in enumerate(self._minds) if mind != FRESH]
-        been = max((len(minds[i].been) for i in others), default=0)
-        trail = max((len(minds[i].trail) for i in others), default=0)
+        been = max((len(mind.been) for mind in self._minds), default=0)
+        trail = max((len(mind.trail) for mind in self._minds), default=0)
         while been + 1 > self._memory[4] or trail + 1 > self._memory[5]:
             self.make_room()
         state = self.state
         seen_from, patches, *_ = self._memory
-        state.minds[:] = np.array(_record_of(FRESH), MIND)
+        records = [_record_of(mind) for mind in self._minds]
+        state.minds[:] = np.array(records, MIND)
         state.memory[:] = 0
         state.memory[:, seen_from:patches] = NOWHERE
-        for i in others:
-            state.minds[i] = _record_of(self._minds[i])
-            self._take_memory(state.memory[i], self._minds[i])
+        for i, mind in enumerate(self._minds):
+            if mind.been or mind.doors or mind.seen_from or mind.patches or mind.trail:
+                self._take_memory(state.memory[i], mind)
 
     def _take_copied(self, other: "Kept") -> bool:
         """Take minds over from other arrays, if they are there and laid out alike."""
