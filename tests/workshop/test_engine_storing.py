@@ -42,9 +42,9 @@ def ready(home, monkeypatch):
 
 
 def files(home):
-    """What is kept in all folders, by the ends of names; no locks."""
-    names = {path.name for path in home.rglob("*") if path.is_file()} - {"compiling"}
-    return sorted(name[-4:] for name in names)
+    """What is kept in all folders, by the ends of names."""
+    kept = (path.suffix for path in home.rglob("*") if path.is_file())
+    return sorted(suffix for suffix in kept if suffix != ".lock")
 
 
 def test_what_is_compiled_once_is_loaded_by_the_next_process(ready, home):

@@ -56,7 +56,7 @@ def as_observer(world, robots, way_of):
 
 def way_by(outside, robot, landmark):
     """The way out by a landmark, wherever it is cheaper by another."""
-    return Way(landmark, float(outside[landmark, robot.place]), outside[landmark])
+    return Way(landmark, float(outside[landmark][robot.place]), outside[landmark])
 
 
 class OneWayOutEach:
@@ -88,7 +88,7 @@ class Faithful:
         kept = self.chosen.pop(robot.body, way.landmark)
         if not led:
             return way
-        if outside[kept, robot.place] < 3 * way.here:
+        if outside[kept][robot.place] < 3 * way.here:
             way = way_by(outside, robot, kept)
         self.chosen[robot.body] = way.landmark
         return way

@@ -7,9 +7,9 @@ your own, change one of the three and put them together as `decide_in_turn` does
     p   place;  d  metres on foot;  lost  people whom no robot leads or is sent to yet
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 from math import inf
 
 import numpy as np
@@ -178,7 +178,7 @@ def decide_in_turn(
     landmarks = world.building.landmarks
     destinations = Destinations()
     for robot in robots:
-        led = np.count_nonzero(guide == robot.body)
+        led = int(np.count_nonzero(guide == robot.body))
         way = way_of(robot, led)
         group = choose(groups(world, robot, lost), way, led, detour)
         if group is not None:
@@ -202,7 +202,7 @@ def choose(found: Iterable[Group], way: Way, led: int, detour: float) -> Group |
     best = None
     most = led / (TRIP + way.here)
     for group in found:
-        count = np.count_nonzero(group.people)
+        count = int(np.count_nonzero(group.people))
         out = float(way.metres[group.place])
         rate = (led + count) / (TRIP + group.metres + out)
         extra = group.metres + out - way.here
@@ -218,18 +218,18 @@ def groups(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
 
     lost: (n,) bool, who may be fetched
     """
-    d = metres_from(world, robot)
-    yield from _groups_on_floor(world, robot, lost, d)
-    yield from _groups_on_stairs(world, robot, lost, d)
+    yield from _groups_on_floor(world, robot, lost)
+    yield from _groups_on_stairs(world, robot, lost)
 
 
-def _groups_on_floor(
-    world: World, robot: Robot, lost: np.ndarray, d: np.ndarray
-) -> Iterator[Group]:
+def _groups_on_floor(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
     """Gather people around each who follows nobody and is not at hand already."""
     bodies = world.bodies
     here = lost & bodies.walking & (bodies.floor == robot.floor)
     heads = np.flatnonzero(here & (bodies.leader == NOBODY))
+    if not len(heads):
+        return
+    d = metres_from(world, robot)
     heads = heads[d[bodies.place[heads]] >= AT_HAND]
     place = bodies.place[heads]
     point = bodies.position[heads]
@@ -240,19 +240,19 @@ def _groups_on_floor(
         yield Group(those, p, (x, y), metres)
 
 
-def _groups_on_stairs(
-    world: World, robot: Robot, lost: np.ndarray, d: np.ndarray
-) -> Iterator[Group]:
+def _groups_on_stairs(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
     """Of those who come down a stairwell: the first, the first two, ... as a group."""
-    building, bodies = world.building, world.bodies
-    storeys = bodies.floor - robot.floor - 1  # still to go after this flight
-    seconds = bodies.stairs_until - world.time + storeys * paper.stairs_seconds()
+    building = world.building
+    bodies = world.bodies
     for k in stairs_that_end(building, robot.floor):
         coming = lost & (bodies.stairwell == k)
         if not coming.any():
             continue
+        storeys = bodies.floor - robot.floor - 1  # still to go after this flight
+        seconds = bodies.stairs_until - world.time + storeys * paper.stairs_seconds()
         foot = before_stairwell(building, robot.floor, k)
         p = navigation_of(building).place(robot.floor, *foot)
+        d = metres_from(world, robot)
         for last in np.unique(seconds[coming]).tolist():
             metres = max(float(d[p]), last * paper.ROBOT_SPEED)
             yield Group(coming & (seconds <= last), p, foot, metres)
@@ -268,13 +268,13 @@ def nearest_way(world: World, robot: Robot) -> Way:
     return Way(way, here, metres)
 
 
-def safest_way(outside: np.ndarray, robot: Robot, led: int) -> Way:
+def safest_way(outside: Mapping[int, np.ndarray], robot: Robot, led: int) -> Way:
     """Find the cheapest way to the outside; by any way if a robot leads nobody yet.
 
-    outside: (landmarks, places) metres, as `ways_outside` finds them
+    outside: metres by each way, (places,), as `ways_outside` finds them
     """
-    way = int(outside[:, robot.place].argmin())
-    metres = outside[way] if led else outside.min(axis=0)
+    way = min(outside, key=lambda mark: outside[mark][robot.place])
+    metres = outside[way] if led else reduce(np.minimum, outside.values())
     return Way(way, float(metres[robot.place]), metres)
 
 
