@@ -107,10 +107,11 @@ def _make_ready() -> None:
 
 
 def _say_what_changed(rules: "Rules") -> None:
-    names = ", ".join(one.book for one in rules.changed)
+    """Name some; whoever installed no sources is told of all."""
+    names = list(dict.fromkeys(one.book for one in rules.changed))
     if names:
-        verb = "have" if "," in names else "has"
-        _say(f"{names} {verb} changed: {SLOWER}.")
+        some = ", ".join(names[:3]) + (", ..." if names[3:] else "")
+        _say(f"{some} {'have' if names[1:] else 'has'} changed: {SLOWER}.")
 
 
 def _say(text: str) -> None:
