@@ -43,7 +43,8 @@ def ready(home, monkeypatch):
 
 def files(home):
     """What is kept in all folders, by the ends of names."""
-    return sorted(path.suffix for path in home.rglob("*") if path.is_file())
+    kept = (path.suffix for path in home.rglob("*") if path.is_file())
+    return sorted(suffix for suffix in kept if suffix != ".lock")
 
 
 def test_what_is_compiled_once_is_loaded_by_the_next_process(ready, home):

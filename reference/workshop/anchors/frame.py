@@ -11,6 +11,9 @@ observation [C1], the map, and where robots are headed.
     lost   people whom nobody leads, on a robot's own floor
 """
 
+from collections.abc import Iterable
+from itertools import accumulate, pairwise
+
 import numpy as np
 
 from reference import paper
@@ -48,27 +51,37 @@ def in_body(building: Building, metres: np.ndarray) -> np.ndarray:
     return metres.clip(low, high)
 
 
-def robot_destinations(world: World) -> np.ndarray:
-    """Find where robots under way go to: (R, 2) float32 normalised, else nan.
+def robot_destinations(*worlds: World) -> np.ndarray:
+    """Find where robots under way go to: (robots, 2) float32 normalised, else nan.
 
     The actual target of their last decision (Eq. 1), clipped to the main body: deciding
-    it again changes nothing.
+    it again changes nothing. worlds: of one building, one after the other
     """
-    spots = [r.destination if r.way else (np.nan, np.nan) for r in world.robots]
+    nowhere = [np.nan, np.nan]
+    spots = [
+        nowhere
+        if robot.destination is None or not robot.way
+        else robot.destination.tolist()
+        for world in worlds
+        for robot in world.robots
+    ]
     metres = np.array(spots, dtype=np.float64).reshape(-1, 2)
-    return to_normalised(world.building, metres).clip(-1, 1).astype(np.float32)
+    return to_normalised(worlds[0].building, metres).clip(-1, 1).astype(np.float32)
 
 
 class RobotView:
     """What robots observe, in their frames.
 
-    me     (B, 2) metres, floor (B,), place (B,): where they stand
+    points  (B, n + R + F, 3) metres of people, robots, me first, and fires;
+           people, robots, fires  slices of them;  there  which are not `ABSENT_POINT`
+    me     (B, 2) metres, floor (B,), place (B,): where they stand;  far  (B, n + R + F)
+           metres on foot from there to the points
     alone, lost, mine  (B, n) bool, people whom nobody leads, those on my floor, and
            those I lead, in the order of the vector;  order  (B, n), the frame's
     spot   (B, 2) metres, where robots are headed [C6]
-    outs, feet, rims  (B, k, 2) metres,
-           ways out and feet of stairs, nearest first, and where to guard, in the map's
-           order, so that each keeps its number; nan for none
+    marks  (B, m, 2) metres, nan for none: ways out and feet of stairs, nearest first,
+           and where to guard, in the map's order, so that each keeps its number;
+           outs, feet, rims  slices of them;  to_way_out  (B,) bool, headed to one [C7]
     anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
     """
 
@@ -85,57 +98,81 @@ class RobotView:
         blocks = codec.layout.blocks
         self.seen = {name: codec.layout.read(vectors, name) for name in blocks}
         # Metres in float64, as the simulation has them.
-        self.humans = self.seen["humans"].astype(np.float64)
-        self.robots = self.seen["robots"].astype(np.float64)
-        self.fires = self.seen["fires"].astype(np.float64)
+        parts = [self.seen[name] for name in ("humans", "robots", "fires")]
+        self.points = np.concatenate(parts, axis=1, dtype=np.float64)
+        self.people, self.robots, self.fires = _slices(part.shape[1] for part in parts)
+        self.there = self.points[..., 2] > -0.5
 
-        own = self.robots[:, 0]
+        # where all of it is, and how far from me
+        own = self.points[:, self.robots][:, 0]
         self.me = own[:, :2]
         self.floor = own[:, 2].round().clip(0).astype(int)
-        self.place = self.map.places(own)
-        self._sort_people()
         self.spot = from_normalised(codec.building, headed.astype(np.float64))
-        self.outs = self._nearest_first(self.map.outs)
-        self.feet = self._nearest_first(self.map.feet)
-        self.rims = self.map.rims[self.floor]
-        self._find_anchors()
+        aim = np.column_stack([np.nan_to_num(self.spot), self.floor])
+        places = self.map.places(np.concatenate([self.points, aim[:, None]], axis=1))
+        self.place = places[:, self.robots][:, 0]
+        places = np.concatenate([places, self.map.mark_places[self.floor]], axis=1)
+        way = metres_between(self.map.nav, self.place[:, None], places)
+        n = self.points.shape[1]
+        self.far, to_spot, to_marks = np.split(np.minimum(way, FAR), [n, n + 1], axis=1)
 
-    def _sort_people(self) -> None:
+        self._sort_people(places)
+        self._sort_marks(to_marks)
+        self._find_anchors(to_spot)
+
+    def _sort_people(self, places: np.ndarray) -> None:
         """Sort people: lost ones, mine, my mates', others; the nearest first [C4]."""
-        place = self.map.places(self.humans)
-        inside = _there(self.humans)
+        place = places[:, self.people]
+        inside = self.there[:, self.people]
         walking = inside & ~self.map.stairs[place]
-        robots = self.map.places(self.robots)
-        guide = guess_guides(self.map.nav, robots, _there(self.robots), place, walking)
-        here = walking & (self.humans[..., 2].round() == self.floor[:, None])
+        robots = places[:, self.robots]
+        at_work = self.there[:, self.robots]
+        guide = guess_guides(self.map.nav, robots, at_work, place, walking)
+        storey = self.points[:, self.people, 2].round()
+        here = walking & (storey == self.floor[:, None])
         self.alone = walking & (guide == NOBODY)
         self.lost = here & self.alone
         self.mine = here & (guide == 0)
 
         groups = [self.lost, self.mine, here, inside]  # at last those out or dead
         group = np.select(groups, range(len(groups)), len(groups))
-        way = np.where(here, self._way(place), FAR)
+        way = np.where(here, self.far[:, self.people], FAR)
         self.order = np.lexsort((way, group), axis=1)
 
-    def _find_anchors(self) -> None:
+    def _sort_marks(self, way: np.ndarray) -> None:
+        """Sort ways out and feet, each kind by metres on foot (B, m); rims stay."""
+        marks = self.map.marks[self.floor]
+        self.outs, self.feet, self.rims = _slices(self.map.kinds)
+        way = np.where(np.isnan(marks[..., 0]), FAR, way)
+        kind = np.repeat(range(3), self.map.kinds)
+        key = np.where(kind < 2, way, 0.0)
+        order = np.lexsort((key, np.broadcast_to(kind, key.shape)), axis=1)
+        each = np.arange(len(order))[:, None]
+        self.marks = marks[each, order]
+        self.to_marks = way[each, order]
+
+        off = lengths(self.marks - self.spot[:, None])
+        self.headed_to = off <= paper.AT_EXIT_METRES
+        self.to_way_out = self.headed_to[:, self.outs].any(axis=1)
+
+    def _find_anchors(self, to_spot: np.ndarray) -> None:
         """List anchors: keep, stay, ways out, feet, rims, nearest lost people [C5]."""
         first = self.order[:, :NEAREST_PEOPLE]
-        people = np.take_along_axis(self.humans[..., :2], first[..., None], axis=1)
-        people[~np.take_along_axis(self.lost, first, axis=1)] = np.nan
-        anchors = np.concatenate(
-            [
-                self.spot[:, None],  # KEEP
-                self.me[:, None],  # STAY
-                self.outs,
-                self.feet,
-                self.rims,
-                people,
-            ],
-            axis=1,
-        )
-        self.anchors: np.ndarray = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
-        self.way = self._way_to(anchors)
+        each = np.arange(len(first))[:, None]
+        lost = self.lost[each, first]
+        people = np.where(lost[..., None], self.points[each, first, :2], np.nan)
+        to_people = np.where(lost, self.far[each, first], FAR)
+
+        headed = self.spot[:, None]
+        here = self.me[:, None]
+        to_spot = np.where(np.isnan(headed[..., 0]), FAR, to_spot)
+        parts = [headed, here, self.marks, people]  # KEEP, WAIT, ...
+        ways = [to_spot, 0 * to_spot, self.to_marks, to_people]
+        anchors = np.concatenate(parts, axis=1)
+        self.way = np.concatenate(ways, axis=1)
         self.allowed = ~np.isnan(anchors[..., 0])
+        off = (anchors - here) / UNIT
+        self.anchors: np.ndarray = np.where(self.allowed[..., None], off, 0.0)
         if self.masks:
             self.allowed &= self.helpful()
         self.allowed[:, WAIT] = True  # a mixture of nothing has no logarithm
@@ -148,37 +185,35 @@ class RobotView:
         """
         leads = self.mine.any(axis=1)
         helps = np.ones_like(self.allowed)
-        outs = WAIT + 1  # the first way out
-        helps[:, outs : outs + self.outs.shape[1]] = leads[:, None]
+        helps[:, WAIT + 1 :][:, self.outs] = leads[:, None]
 
         # the old destination
-        near_lost = _within(ASTRAY, self.spot, self.humans, self.lost)
-        to_foot = _within(paper.AT_EXIT_METRES, self.spot, self.feet)
-        to_rim = _within(paper.AT_EXIT_METRES, self.spot, self.rims)
-        keeps = np.where(self.to_way_out(), leads, to_foot | near_lost)
+        people = self.points[:, self.people, :2]
+        near = lengths(people - self.spot[:, None]) <= ASTRAY
+        near_lost = (near & self.lost).any(axis=1)
+        to_foot = self.headed_to[:, self.feet].any(axis=1)
+        to_rim = self.headed_to[:, self.rims].any(axis=1)
+        keeps = np.where(self.to_way_out, leads, to_foot | near_lost)
         helps[:, KEEP] = keeps | to_rim
         return helps
 
-    def to_way_out(self) -> np.ndarray:
-        """(B,) bool: is the robot headed to one [C7]?"""
-        return _within(paper.AT_EXIT_METRES, self.spot, self.outs)
-
     def numbers(self) -> np.ndarray:
         """(B, V) float32: anchors, people, robots, mates first, fires, counts, time."""
-        people = self._points(self.humans, self.alone)
-        mates = self.robots[:, 1:]
+        known = self._points()
+        each = np.arange(len(known))[:, None]
         floors = np.arange(len(self.map.free))
+        storeys = self.points[:, self.people, 2:].round()
         time = self.seen["time"]
         step = self.scenario.decision_seconds
         parts = [
             self.anchors,
             self.allowed,
-            np.take_along_axis(people, self.order[..., None], axis=1),
-            self._points(mates, _there(mates)),
-            self._points(self.fires, _there(self.fires)),
+            known[each, self.order],
+            known[:, self.robots][:, 1:],
+            known[:, self.fires],
             nearness(self.way),
             self.way / UNIT,
-            (self.humans[..., 2:].round() == floors).sum(axis=1) / UNIT,
+            (storeys == floors).sum(axis=1) / UNIT,
             self.seen["fires_per_floor"],
             self.floor[:, None] == floors,
             time / self.scenario.time_limit,
@@ -186,33 +221,24 @@ class RobotView:
             self.mine.sum(axis=1) / UNIT,
             self.lost.sum(axis=1) / UNIT,
             ~np.isnan(self.spot[:, 0]),
-            self.to_way_out(),
+            self.to_way_out,
         ]
         rows = [part.reshape(len(part), -1) for part in parts]
         return np.concatenate(rows, axis=1, dtype=np.float32)
 
-    def _points(self, points: np.ndarray, flag: np.ndarray) -> np.ndarray:
-        """(B, m, 5): x, y and storeys from me, near, flag; zeros for `ABSENT_POINT`."""
-        off = (points[..., :2] - self.me[:, None]) / UNIT
-        up = points[..., 2:] - self.floor[:, None, None]
-        close = nearness(self._way(self.map.places(points)))
-        parts = [off, up, close[..., None], flag[..., None]]
-        return np.concatenate(parts, axis=-1) * _there(points)[..., None]
+    def _points(self) -> np.ndarray:
+        """(B, n + R + F, 5): x, y and storeys from me, near, flag; else zeros.
 
-    def _way(self, place: np.ndarray) -> np.ndarray:
-        """Metres on foot to places (B, m)."""
-        return np.minimum(metres_between(self.map.nav, self.place[:, None], place), FAR)
-
-    def _way_to(self, metres: np.ndarray) -> np.ndarray:
-        """Metres on foot to points (B, m, 2) of my floor; to nan it is FAR."""
-        place = self.map.places(np.nan_to_num(metres), self.floor[:, None])
-        return np.where(np.isnan(metres[..., 0]), FAR, self._way(place))
-
-    def _nearest_first(self, marks: np.ndarray) -> np.ndarray:
-        """Sort the marks of my floor, (floors, k, 2) metres: (B, k, 2)."""
-        mine = marks[self.floor]
-        order = np.argsort(self._way_to(mine), axis=1, kind="stable")
-        return np.take_along_axis(mine, order[..., None], axis=1)
+        The flag of people: nobody leads them; of others: they are there.
+        """
+        flag = self.there.copy()
+        flag[:, self.people] = self.alone
+        known = np.empty((*flag.shape, 5))
+        known[..., :2] = (self.points[..., :2] - self.me[:, None]) / UNIT
+        known[..., 2] = self.points[..., 2] - self.floor[:, None]
+        known[..., 3] = nearness(self.far)
+        known[..., 4] = flag
+        return known * self.there[..., None]
 
 
 def nearness(way: np.ndarray) -> np.ndarray:
@@ -220,14 +246,7 @@ def nearness(way: np.ndarray) -> np.ndarray:
     return np.where(way < FAR, 1 / (1 + way / HALFWAY), 0)
 
 
-def _there(points: np.ndarray) -> np.ndarray:
-    """(...) bool: which points (..., 3) are not `ABSENT_POINT`?"""
-    return np.asarray(points[..., 2] > -0.5)
-
-
-def _within(
-    metres: float, spot: np.ndarray, points: np.ndarray, which: np.ndarray | bool = True
-) -> np.ndarray:
-    """(B,) bool: is any of which points (B, m, 2 or 3) so near to a spot (B, 2)?"""
-    off = np.nan_to_num(points[..., :2] - spot[:, None], nan=np.inf)
-    return np.asarray(((lengths(off) <= metres) & which).any(axis=1))
+def _slices(counts: Iterable[int]) -> list[slice]:
+    """Slices of parts that stand side by side, so many numbers each."""
+    ends = [0, *accumulate(counts)]
+    return [slice(first, last) for first, last in pairwise(ends)]

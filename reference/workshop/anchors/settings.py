@@ -160,8 +160,8 @@ class RobotsFrame(PolicyCodec):
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, G, V) float32, what robots see in their frames; all moments at once."""
         vectors = np.concatenate([moment.vectors for moment in moments])
-        headed = [robot_destinations(moment.world) for moment in moments]
-        seen = self.numbers(vectors, np.concatenate(headed))
+        headed = robot_destinations(*(moment.world for moment in moments))
+        seen = self.numbers(vectors, headed)
         return seen.reshape(len(moments), -1, self.size)
 
     def numbers(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:

@@ -151,7 +151,6 @@ from_paper = itemgetter(*OF_PAPER)
 class State(NamedTuple):
     """One simulation as compiled functions take it."""
 
-    numbers: np.ndarray  # (1,) NUMBERS
     clock: np.ndarray  # (1,) CLOCK
     bodies: np.ndarray  # (n,) BODY
     minds: np.ndarray  # (n,) MIND
@@ -169,7 +168,8 @@ class State(NamedTuple):
     cost: np.ndarray  # (places,)
     walkers: np.ndarray  # (n,) WALKER
 
-    # of use in one call only: copies of a simulation share these
+    # copies of a simulation share these: they are of use in one call only
+    numbers: np.ndarray  # (1,) NUMBERS; another array when one changes
     fresh: np.ndarray  # (L,) bool: doors that burn now
     events: np.ndarray  # EVENT, not yet told
     now: np.ndarray  # (1,) VIEW, of who thinks
@@ -185,7 +185,7 @@ class State(NamedTuple):
     some: np.ndarray  # places, for whoever looks again
 
 
-OWN = State._fields[: State._fields.index("fresh")]
+OWN = State._fields[: State._fields.index("numbers")]
 
 FRESH = Mind()
 
@@ -204,14 +204,12 @@ class Minds(UserList[Mind]):
         return self.kept.minds_given()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Any:
-        """Copy the engine's arrays with a simulation, objects with a world alone."""
-        run = memo.get(id(self.kept.run))
-        if self.kept.has_minds and run is not None:
-            memo[id(self.kept)] = twin = self.kept.copied(run)
-            return Minds(twin)
-        if self.kept.has_minds:
-            return self.kept.written_minds([])
-        return deepcopy(self.data, memo)
+        """Copy the arrays, not the objects."""
+        if not self.kept.has_minds:
+            return deepcopy(self.data, memo)
+        twin = self.kept.copied(memo.get(id(self.kept.run)))
+        memo[id(self.kept)] = twin
+        return Minds(twin)
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         """Pickle a list of minds."""
@@ -289,11 +287,12 @@ class Kept:
         """What was copied with the minds; else a copy begins arrays of its own."""
         return memo.get(id(self))
 
-    def copied(self, run: Simulation) -> "Kept":
-        """A copy for a copy of the simulation, which may not be complete yet."""
+    def copied(self, run: Simulation | None) -> "Kept":
+        """A copy for a copy of the simulation (incomplete yet), or of its world alone."""
         twin = Kept.__new__(Kept)
         vars(twin).update(vars(self))
-        twin._run = ref(run)
+        if run is not None:
+            twin._run = ref(run)
         twin._minds = []
         twin.asked_for_minds = False
         twin._bodies = {}
@@ -365,7 +364,8 @@ class Kept:
             nav.clear.side,
             len(run.building.landmarks),
         )
-        self.state.numbers[0] = (*settings, *sizes, *self._memory)
+        numbers = np.array([(*settings, *sizes, *self._memory)], NUMBERS)
+        self.state = self.state._replace(numbers=numbers)
 
     # -- From the book --------------------------------------------------------------
 
@@ -418,6 +418,8 @@ class Kept:
 
     def _take_minds(self, minds: Sequence[Mind]) -> None:
         """Write minds into the records; most are as they were made at the start."""
+        if isinstance(minds, Minds) and self._take_copied(minds.kept):
+            return
         self._minds = minds.data if isinstance(minds, Minds) else cast(list, minds)
         others = [i for i, mind in enumerate(self._minds) if mind != FRESH]
         been = max((len(minds[i].been) for i in others), default=0)
@@ -432,6 +434,16 @@ class Kept:
         for i in others:
             state.minds[i] = _record_of(self._minds[i])
             self._take_memory(state.memory[i], self._minds[i])
+
+    def _take_copied(self, other: "Kept") -> bool:
+        """Take minds over from other arrays, if they are there and laid out alike."""
+        alike = other.tables is self.tables and other._memory == self._memory
+        if not (alike and other.has_minds):
+            return False
+        self.state.minds[:] = other.state.minds
+        self.state.memory[:] = other.state.memory
+        self._minds = []
+        return True
 
     def _take_memory(self, row: np.ndarray, mind: Mind) -> None:
         seen_from, patches, been, trail, *_ = self._memory

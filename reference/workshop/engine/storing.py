@@ -123,7 +123,7 @@ def _alone_in(folder: Path) -> Iterator[None]:
     """Let others wait meanwhile, who then load what is compiled here."""
     with ExitStack() as stack:
         with suppress(OSError, NotImplementedError):  # a disk that knows no locks
-            stack.enter_context(FileLock(folder / "compiling"))
+            stack.enter_context(FileLock(folder / "compiling.lock"))
         yield
 
 

@@ -58,6 +58,8 @@ class KnownMap:
     stairs  (places,) bool
     outs, feet, rims  (floors, k, 2) metres of ways out, feet of stairs and cells to
             guard, nan for none
+    marks   (floors, m, 2) metres: these three side by side;  kinds  how many of each
+    mark_places  (floors, m) of them
     """
 
     def __init__(self, building: Building):
@@ -76,6 +78,11 @@ class KnownMap:
         self.outs = _padded([outs for outs, _ in marks])
         self.feet = _padded([feet for _, feet in marks])
         self.rims = _padded([guard_points(building, floor) for floor in floors])
+        kinds = [self.outs, self.feet, self.rims]
+        self.kinds = [kind.shape[1] for kind in kinds]
+        self.marks = np.concatenate(kinds, axis=1)
+        floor = np.arange(building.floors)[:, None]
+        self.mark_places = self.places(np.nan_to_num(self.marks), floor)
 
     def places(self, points: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
         """(...) places of points (..., 2), or (..., 3) with floors of their own.
@@ -87,9 +94,9 @@ class KnownMap:
             floor = points[..., 2].round().clip(0).astype(int)
         top, left = self.origin
         _, rows, cols = self.free.shape
-        right, up = np.moveaxis(np.floor(points[..., :2]).astype(int), -1, 0)
-        row = (top - 1 - up).clip(0, rows - 1)
-        col = (left + right).clip(0, cols - 1)
+        cells = np.floor(points[..., :2]).astype(int)
+        row = (top - 1 - cells[..., 1]).clip(0, rows - 1)
+        col = (left + cells[..., 0]).clip(0, cols - 1)
         return self.free[floor, row, col]
 
 
@@ -105,15 +112,21 @@ def metres_between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
     They come from a table; a row is computed when it is first asked for.
     """
     known, table = _table(nav)
-    new = np.unique(p)
-    new = new[~known[new]]
-    for floor in np.unique(new // nav.floor_size).tolist():
-        rows = new[new // nav.floor_size == floor]
+    new = p[~known[p]]
+    if new.size:
+        _measure(nav, np.unique(new))
+    floor, there = np.divmod(q, nav.floor_size)
+    return np.where(p // nav.floor_size == floor, table[p, there], np.inf)
+
+
+def _measure(nav: Navigation, places: np.ndarray) -> None:
+    """Fill the rows of these places."""
+    known, table = _table(nav)
+    for floor in np.unique(places // nav.floor_size).tolist():
+        rows = places[places // nav.floor_size == floor]
         start = floor * nav.floor_size
         table[rows] = dijkstra(nav.steps[floor], indices=rows - start)
-    known[new] = True
-    metres = table[p, q % nav.floor_size]
-    return np.where(p // nav.floor_size == q // nav.floor_size, metres, np.inf)
+    known[places] = True
 
 
 @lru_cache(maxsize=8)
