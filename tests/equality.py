@@ -264,7 +264,9 @@ def _burn_door(run: Simulation, rng: Rng, i: int) -> None:
 def _ignite(run: Simulation, rng: Rng, i: int) -> None:
     world = run.world
     x, y = run.navigation.centres[world.bodies.place[i]].tolist()
-    run.spread.ignite(world.flames, FireLit(world.time, int(world.bodies.floor[i]), x, y))
+    run.spread.ignite(
+        world.flames, FireLit(world.time, int(world.bodies.floor[i]), x, y)
+    )
     run._flames_change = world.time
 
 

@@ -104,7 +104,9 @@ def test_other_ticks_sights_crowds_and_fires_are_equal_too(
 ) -> None:
     """Nothing in the engine knows the defaults."""
     settings = {"time_limit": 30.0, **settings}
-    assert first_difference(planned("tower", "escort", "busiest", 3, **settings))[1] == ""
+    assert (
+        first_difference(planned("tower", "escort", "busiest", 3, **settings))[1] == ""
+    )
 
 
 @pytest.mark.parametrize("first", range(0, 60, TOGETHER))
