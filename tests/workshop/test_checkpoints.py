@@ -202,8 +202,7 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path):
         (vectors,) = policy.player.codec.observe([world])
         moment = Moment(vectors, np.ones(len(vectors), bool), world)
         (rows,), _ = policy.player.act([moment])
-        bodies = [robot.body for robot in world.robots]
-        agents.chosen = dict(zip(bodies, map(decided, rows), strict=True))
+        agents.chosen = list(map(decided, rows))
         until_next_decision([guided])
     assert alone.run() == guided.outcome()
 
