@@ -13,7 +13,7 @@ import pytest
 
 pytest.importorskip("numba")
 
-from equality import simulation, unlike
+from equality import unlike
 
 from reference import paper
 from reference.paper import Scenario
