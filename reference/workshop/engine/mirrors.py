@@ -20,6 +20,9 @@ from typing import Any, NamedTuple
 
 import numba
 
+if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+    raise ImportError("NUMBA_DISABLE_JIT is set")
+
 BOOK = "reference."
 _Kept = type(cache(len))
 
@@ -43,8 +46,8 @@ def compiled(function: Callable[..., Any], entry: bool = False) -> Any:
     Nothing compiled makes arrays (`_nrt=False`): counting who holds one, atomically,
     took half the time.
     """
-    options: Any = {"error_model": "numpy", "forceinline": not entry}
-    made = numba.njit(_nrt=False, **options)(function)
+    options: Any = {"error_model": "numpy", "forceinline": not entry, "_nrt": False}
+    made: Any = numba.njit(**options)(function)
     if entry:
         ENTRIES.append(made)
     return made
