@@ -91,7 +91,7 @@ def _rules() -> "Rules | None":
     try:
         from reference.workshop.engine import going
         from reference.workshop.engine.mirrors import Rules
-    except ImportError as error:
+    except (ImportError, OSError) as error:  # OSError: LLVM cannot be loaded
         _say(f"numba is not there ({error}): {SLOWER}.")
         return None
     rules = Rules()

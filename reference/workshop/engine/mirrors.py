@@ -20,6 +20,9 @@ from typing import Any, NamedTuple
 
 import numba
 
+if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+    raise ImportError("NUMBA_DISABLE_JIT is set")
+
 BOOK = "reference."
 _Kept = type(cache(len))
 
@@ -44,7 +47,7 @@ def compiled(function: Callable[..., Any], entry: bool = False) -> Any:
     took half the time.
     """
     options: Any = {"error_model": "numpy", "forceinline": not entry, "_nrt": False}
-    made = numba.njit(**options)(function)
+    made: Any = numba.njit(**options)(function)
     if entry:
         ENTRIES.append(made)
     return made
