@@ -79,7 +79,7 @@ class GridEncoder(nn.Module):
         A sum over kinds of channels: walls and exits, alike in a whole batch from one
         building, are convolved once.
         """
-        x = self.conv1.bias[:, None, None]
+        x = self.conv1.get_parameter("bias")[:, None, None]
         kernels = self.conv1.weight.chunk(len(GRID_KINDS), dim=1)
         kinds = grids.chunk(len(GRID_KINDS), dim=1)
         for cells, kernel in zip(kinds, kernels, strict=True):
