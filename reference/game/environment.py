@@ -69,26 +69,27 @@ def _metres(building: Building, action: np.ndarray) -> tuple[float, float]:
 
 @dataclass
 class AgentRobots:
-    """A strategy that does what the robots' agents chose: destinations by body."""
+    """A strategy that does what the robots' agents chose, in the order of robots."""
 
-    chosen: dict[int, Destination | None] = field(default_factory=dict)
+    chosen: Destinations = field(default_factory=list)
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> Destinations:
         """Return the destinations chosen last [C7]."""
-        return [self.chosen.get(robot.body) for robot in robots]
+        first = len(world.bodies)
+        return [self.chosen[robot.body - first] for robot in robots]
 
 
 @dataclass
 class AgentFire:
     """A strategy that does what the fire's agent chose."""
 
-    chosen: Decision | None = None
+    chosen: Sequence[Decision | None] = (None,)
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Return the place chosen last."""
-        return self.chosen
+        return self.chosen[0]
 
 
 # -- The environment ----------------------------------------------------------------
@@ -180,14 +181,13 @@ class Environment:
         if not agents:
             return {}, {}, {}, {}, {}
         already = len(self.simulation.events)
+        chosen: dict[str, Any] = {}
         for agent in agents:
+            read = fire_decision if agent == FIRE else destination
             action = np.asarray(actions[agent], dtype=np.float64)
-            if agent == FIRE:
-                self._agent_fire.chosen = fire_decision(self.building, action)
-            else:
-                number = self._robot_agents.index(agent)
-                body = self.simulation.world.robots[number].body
-                self._agent_robots.chosen[body] = destination(self.building, action)
+            chosen[agent] = read(self.building, action)
+        self._agent_robots.chosen = [chosen.get(agent) for agent in self._robot_agents]
+        self._agent_fire.chosen = [chosen.get(FIRE)]
         until_next_decision([self.simulation])
 
         # rewards
@@ -209,11 +209,8 @@ class Environment:
 
     def _at_work(self) -> dict[str, bool]:
         """Tell which agents have something to do; the fire always has."""
-        at_work = {FIRE: True}
-        if self._robot_agents:
-            robots = observations.robots_at_work(self.simulation.world).tolist()
-            at_work |= zip(self._robot_agents, robots, strict=True)
-        return at_work
+        robots = observations.robots_at_work(self.simulation.world).tolist()
+        return {FIRE: True, **dict(zip(self._robot_agents, robots, strict=False))}
 
     def _observed(self, agents: list[str]) -> Observations:
         """Collect what each agent observes now [C1] [C4] [D1], in arrays of its own."""

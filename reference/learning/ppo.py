@@ -127,7 +127,8 @@ class Learner:
             self.critic = self._critic()
         self.rng = torch.Generator().manual_seed(seed)
         both = [*self.actor.parameters(), *self.critic.parameters()]
-        self.optimiser = torch.optim.Adam(both, eps=ADAM_EPSILON)  # rate: in `update`
+        # rate: in `update`
+        self.optimiser = torch.optim.Adam(both, eps=ADAM_EPSILON, fused=True)
         self.buffer: list[Decisions] = []
         self.reward_scale = settings.strength * settings.reward_scale
         self.steps = 0

@@ -106,8 +106,8 @@ class _RunningEpisode:
     """One running episode: what its recorded sides see, do and are paid.
 
     agents  strategies that do what players choose;  decisions  of the robots, so far
-    stays   (R,) bool, robots that have not left;  there  those that had not a step ago
-    seen    (R, V) what robots observed last;  records, rewards  by side
+    there   (R,) bool, robots that observe the next step;  seen  (R, V), what they did
+            last;  records, rewards  by side
     """
 
     def __init__(
@@ -123,7 +123,7 @@ class _RunningEpisode:
         self.simulation = Simulation(building, job.scenario, **sides, seed=seed)
         self.told = 0  # events
         self.decisions = 0
-        self.there = self.stays = np.ones(len(self.simulation.world.robots), bool)
+        self.there = np.ones(len(self.simulation.world.robots), dtype=bool)
         self.seen = np.zeros((), dtype=np.float32)
         self.rngs = {  # beside the simulation's own
             side: np.random.default_rng([seed, k]) for k, side in enumerate(SIDES, 1)
@@ -143,11 +143,13 @@ class _RunningEpisode:
 
         A robot that has left keeps what it observed last.
         """
+        acting = self.acting(side)
         if side == "robots":
             vectors = self.seen = np.where(self.there[:, None], vectors, self.seen)
+            self.there = acting | (self.decisions == 0)  # all are there for a step
         return Moment(
             vectors=vectors,
-            alive=self.acting(side),
+            alive=acting,
             world=self.simulation.world,
             rng=self.rngs[side],
             seed=self.seed,
@@ -155,18 +157,13 @@ class _RunningEpisode:
 
     def choose(self, side: Side, chosen: np.ndarray, record: Record) -> None:
         """Take a decision, and record it with no reward yet."""
-        decisions = list(map(decided, chosen))
-        if side == "robots":
-            bodies = [robot.body for robot in self.simulation.world.robots]
-            self.agents[side].chosen = dict(zip(bodies, decisions, strict=True))
-        else:
-            (self.agents[side].chosen,) = decisions
+        self.agents[side].chosen = list(map(decided, chosen))
         if side in self.records:
             self.records[side].append(record)
             self.rewards[side].append(0.0)
 
     def end_step(self) -> None:
-        """Pay a side's last decision, the same for all agents; see who has left.
+        """Pay a side's last decision, the same for all agents.
 
         Rewards before its first decision are not learned from.
         """
@@ -177,8 +174,6 @@ class _RunningEpisode:
             if paid:
                 paid[-1] += earned[side]
         self.decisions += 1
-        self.there = self.stays
-        self.stays = robots_at_work(self.simulation.world)
 
     def episode(self) -> Episode:
         """Make the whole episode, once it is over."""

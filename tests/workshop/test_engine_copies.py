@@ -25,24 +25,26 @@ from reference.workshop.maps import load
 from reference.workshop.strategies import SCRIPTS
 from reference.world import Aim, Mind, World
 
+pytestmark = pytest.mark.usefixtures("engine_plays")
 
-def simulation(name: str, robots: str, fire: str, seed: int, **kw: Any) -> Simulation:
-    """A simulation, ready to begin."""
-    guide = SCRIPTS["robots"][robots]()
-    foe = SCRIPTS["fire"][fire]()
-    return Simulation(load(name), Scenario(**kw), guide, foe, seed)
+
+def begun(**kw: Any) -> Simulation:
+    """A simulation before its first tick."""
+    guide = SCRIPTS["robots"]["escort"]()
+    foe = SCRIPTS["fire"]["random"]()
+    return Simulation(load("tiny"), Scenario(**kw), guide, foe, 2)
 
 
 def played(ticks: int = 120, **kw: Any) -> Simulation:
     """A simulation that the engine has begun."""
-    run = simulation("tiny", "escort", "random", 2, **kw)
+    run = begun(**kw)
     advance(run, ticks)
     return run
 
 
 def stepped(ticks: int = 120, **kw: Any) -> Simulation:
     """The same, played by the book."""
-    run = simulation("tiny", "escort", "random", 2, **kw)
+    run = begun(**kw)
     for _ in range(ticks):
         run.step()
     return run

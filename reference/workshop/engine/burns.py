@@ -39,7 +39,7 @@ def advance_flames(N, clock, cells, arrival, burning, ash, harm, cost):
     clock.flames_moved = 1
 
 
-@mirrors("fire.cells_beside 60bd01")
+@mirrors("fire.cells_beside 60bd01", "navigation.shifted 2a5f11")
 def is_beside(N, cells, burning, p):
     """Is this a walkable cell that shares a side with one that burns?"""
     if not cells[p].walkable:

@@ -47,7 +47,7 @@ def compiled(function: Callable[..., Any], entry: bool = False) -> Any:
     took half the time.
     """
     options: Any = {"error_model": "numpy", "forceinline": not entry, "_nrt": False}
-    made: Any = numba.njit(**options)(function)
+    made = numba.njit(**options)(function)
     if entry:
         ENTRIES.append(made)
     return made

@@ -10,7 +10,12 @@ import numpy as np
 from reference.workshop.engine.mirrors import mirrors
 from reference.workshop.engine.sees import INSIDE
 from reference.workshop.engine.walks import place_around
-from reference.workshop.engine.ways import nearest_free, next_place, reaches, search_to
+from reference.workshop.engine.ways import (
+    nearest_free,
+    next_place,
+    reaches,
+    search_to,
+)
 
 
 @mirrors("world.World.anybody_at_or_above bbe873", "world.World.occupancy 28a901")
@@ -35,8 +40,12 @@ def act(N, T, S, clock, k):
     robot.decided = 0
 
 
-@mirrors("robots.flame_cost 58862a", "navigation.Navigation.way 28245e",
-         "navigation.Navigation.corners 8d95f4")  # fmt: skip
+@mirrors(
+    "robots.flame_cost 58862a",
+    "navigation.Navigation.way 28245e",
+    "navigation.Navigation.shortest 47c82d",
+    "navigation.Navigation.corners 8d95f4",
+)
 def plan(N, T, S, clock, robot, way):
     """Find the way to where a robot has decided to go: places, from `at` to `end`."""
     W = T.ways
@@ -50,10 +59,10 @@ def plan(N, T, S, clock, robot, way):
     robot.at = 4  # room for a place before them
     robot.end = 4
     if costly:
-        search_to(N, W, S.cost, goal, at)
+        search_to(N, W, S.cost[start : start + N.floor_size], goal, at - start)
         if W.d[at - start] == inf:
             return
-        while at != goal:
+        while at != goal and W.after[at - start] != at - start:
             at = start + np.int64(W.after[at - start])
             way[robot.end] = at
             robot.end += 1

@@ -125,7 +125,12 @@ def burns_towards(N, observe, place):
     return observe.now[0].alight and burns_on_way(N, observe, place, False)
 
 
-@mirrors("view.View.passable 8ba12b", "rays.Sight.line 05e29a")
+@mirrors(
+    "view.View.passable 8ba12b",
+    "rays.Sight.line 05e29a",
+    "rays.Sight._stops ef0f08",
+    "rays.Sight._metres e5df4a",
+)
 def passable(N, observe, hit):
     """Is there no flame in sight on the straight way to a landmark in view?"""
     if not observe.now[0].alight:
@@ -197,7 +202,8 @@ def suitable_leader(N, me, observe, wanted):
             if them.landmark != wanted or them.leader >= 0 or not them.rank > v.rank:
                 continue
             later = them.rank < tried or (them.rank == tried and j > last)
-            if later and (best < 0 or them.rank > rank):
+            equal = them.rank == rank and j < best
+            if later and (best < 0 or them.rank > rank or equal):
                 best = j
                 rank = them.rank
         if best < 0:
@@ -276,7 +282,7 @@ def look(
     v.looked = r.looked
     v.looked_end = r.looked_end
 
-    # people, found cell by cell of the grid, and sorted by their numbers
+    # people, in any order, and then robots
     count = 0
     spot = spots[i]
     across, down = grid_position(grid, spot.cell)
@@ -289,24 +295,17 @@ def look(
                 if abs(x) < N.reach and abs(y) < N.reach and j != i:
                     k = in_square(N, cells, p, bodies[j].place)
                     if k >= 0 and observe.square[row, k] & IN_LINE:
-                        at = count
-                        while at and observe.seen[at - 1].j > j:
-                            observe.seen[at].j = observe.seen[at - 1].j
-                            at -= 1
-                        observe.seen[at].j = j
+                        them = bodies[j]
+                        one = observe.seen[count]
+                        one.j = j
+                        one.place = them.place
+                        one.metres = sqrt(x * x + y * y)
+                        one.told = NOT_TOLD
+                        one.rank = them.rank
+                        one.leader = them.leader
+                        one.landmark = them.landmark
                         count += 1
                 j = spots[j].later
-    for k in range(count):
-        one = observe.seen[k]
-        them = bodies[one.j]
-        x = spots[one.j].x - spot.x
-        y = spots[one.j].y - spot.y
-        one.place = them.place
-        one.metres = sqrt(x * x + y * y)
-        one.told = NOT_TOLD
-        one.rank = them.rank
-        one.leader = them.leader
-        one.landmark = them.landmark
 
     v.robot = -1
     nearest = np.inf

@@ -10,6 +10,7 @@ from collections import UserList
 from collections.abc import Sequence
 from copy import deepcopy
 from operator import itemgetter
+from sys import getrefcount
 from typing import Any, NamedTuple, cast
 from weakref import ref
 
@@ -187,7 +188,13 @@ class State(NamedTuple):
 
 OWN = State._fields[: State._fields.index("numbers")]
 
-FRESH = Mind()
+
+def references(things: list[Any]) -> list[int]:
+    """How often each of these is held, by this list and by others."""
+    return [getrefcount(thing) for thing in things]
+
+
+ONCE = references([object()])[0]  # held by a list alone
 
 
 class Minds(UserList[Mind]):
@@ -197,8 +204,8 @@ class Minds(UserList[Mind]):
         """Make the list; the minds stay with the engine."""
         self.kept = kept
 
-    @property  # type: ignore[override]
-    def data(self) -> list[Mind]:
+    @property
+    def data(self) -> list[Mind]:  # type: ignore[override]
         """The minds as they are now; who has asked once may hold some for ever."""
         self.kept.asked_for_minds = True
         return self.kept.minds_given()
@@ -227,6 +234,7 @@ class Kept:
         self.asked_for_minds = False  # by anybody, who may hold some
         self._minds: list[Mind] = []
         self._bodies: dict[str, np.ndarray] = {}
+        self._held: dict[str, np.ndarray] = {}  # columns that somebody has from before
         self._flames: dict[str, np.ndarray] = {}
         self._settings: tuple[float, ...] = ()
 
@@ -288,7 +296,7 @@ class Kept:
         return memo.get(id(self))
 
     def copied(self, run: Simulation | None) -> "Kept":
-        """A copy for a copy of the simulation (incomplete yet), or of its world alone."""
+        """A copy, for a copy of the simulation (not complete yet) or of its world."""
         twin = Kept.__new__(Kept)
         vars(twin).update(vars(self))
         if run is not None:
@@ -296,6 +304,7 @@ class Kept:
         twin._minds = []
         twin.asked_for_minds = False
         twin._bodies = {}
+        twin._held = {}
         twin._flames = {}
         own = {name: getattr(self.state, name).copy() for name in OWN}
         twin.state = self.state._replace(**own)
@@ -404,7 +413,8 @@ class Kept:
     def _take_bodies(self, bodies: Bodies) -> None:
         """Make the book's arrays columns of the records."""
         all_mine = self.state.bodies
-        for name, now in vars(bodies).items():
+        holders = references(list(vars(bodies).values()))
+        for (name, now), count in zip(vars(bodies).items(), holders, strict=True):
             if now is self._bodies.get(name):
                 continue
             column = all_mine[POINTS.get(name, name)]
@@ -413,27 +423,31 @@ class Kept:
                 shape = (len(all_mine), 2)
                 column = np.lib.stride_tricks.as_strided(column, shape, strides)
             column[:] = now
+            if count > ONCE + 1:  # not by the bodies alone
+                self._held[name] = now
             self._bodies[name] = column
             setattr(bodies, name, column)
 
     def _take_minds(self, minds: Sequence[Mind]) -> None:
-        """Write minds into the records; most are as they were made at the start."""
+        """Write minds into the records; at the start they remember nothing."""
         if isinstance(minds, Minds) and self._take_copied(minds.kept):
             return
         self._minds = minds.data if isinstance(minds, Minds) else cast(list, minds)
-        others = [i for i, mind in enumerate(self._minds) if mind != FRESH]
-        been = max((len(minds[i].been) for i in others), default=0)
-        trail = max((len(minds[i].trail) for i in others), default=0)
+        if max(references(self._minds), default=0) > ONCE:
+            self.asked_for_minds = True
+        been = max((len(mind.been) for mind in self._minds), default=0)
+        trail = max((len(mind.trail) for mind in self._minds), default=0)
         while been + 1 > self._memory[4] or trail + 1 > self._memory[5]:
             self.make_room()
         state = self.state
         seen_from, patches, *_ = self._memory
-        state.minds[:] = np.array(_record_of(FRESH), MIND)
+        records = [_record_of(mind) for mind in self._minds]
+        state.minds[:] = np.array(records, MIND)
         state.memory[:] = 0
         state.memory[:, seen_from:patches] = NOWHERE
-        for i in others:
-            state.minds[i] = _record_of(self._minds[i])
-            self._take_memory(state.memory[i], self._minds[i])
+        for i, mind in enumerate(self._minds):
+            if mind.been or mind.doors or mind.seen_from or mind.patches or mind.trail:
+                self._take_memory(state.memory[i], mind)
 
     def _take_copied(self, other: "Kept") -> bool:
         """Take minds over from other arrays, if they are there and laid out alike."""
@@ -520,6 +534,8 @@ class Kept:
             robot.says = says
             robot.active = bool(active)
             robot.way = self.state.ways[k, at:end].tolist()
+        for name, array in self._held.items():
+            array[:] = self._bodies[name]
         if self.asked_for_minds:
             self.minds_given()
 

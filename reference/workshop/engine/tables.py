@@ -1,4 +1,4 @@
-"""What never moves, from the book's own `Navigation` and `Sight`: no geometry of its own.
+"""What never moves, from the book's `Navigation` and `Sight`: no geometry of its own.
 
 What is seen from a place depends on the holes in view [A6]: each (place, holes) that
 somebody stood in has a row, made by the book's `Sight` when it is first asked for.
@@ -7,6 +7,7 @@ somebody stood in has a row, made by the book's `Sight` when it is first asked f
 """
 
 from collections.abc import Iterable
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ OVERLOOKED = 8
 
 
 def record(**kinds: str) -> np.dtype:
-    """A kind of records, in one place: an equal one made elsewhere costs 40 us a call."""
+    """A kind of records; an equal one made elsewhere would cost 40 us a call."""
     return np.dtype(list(kinds.items()), align=True)
 
 
@@ -69,7 +70,8 @@ class Tables:
         """Build what does not depend on who stands where."""
         nav = navigation_of(sight.building)
         building = sight.building
-        self.sight = sight
+        self.sight = copy(sight)  # with caches of its own, which are emptied
+        self._forget()
         self.navigation = nav
         self.half = int(sight.reach) + 1
         self.side = 2 * self.half + 1
@@ -163,6 +165,15 @@ class Tables:
             row["next"] = first["next"]
             first["next"] = number
 
+        self._forget()
+
+    def _forget(self) -> None:
+        """Keep nothing of what `sight` has found: rows are smaller."""
+        parts = vars(self.sight)
+        for name, part in list(parts.items()):
+            if hasattr(part, "cache_clear"):
+                del parts[name]
+
     def need(self, places: Iterable[int]) -> None:
         """See to it that these places have a row without holes."""
         for p in places:
@@ -200,7 +211,8 @@ class Tables:
         if len(array) < least:
             longer = np.zeros((2 * least, *array.shape[1:]), array.dtype)
             longer[: len(array)] = array
-            self.arrays = self.arrays._replace(**{name: longer})
+            grown: dict[str, Any] = {name: longer}
+            self.arrays = self.arrays._replace(**grown)
 
 
 def _landings(nav: Navigation) -> np.ndarray:

@@ -202,9 +202,14 @@ def back_to_last_door(N, me, mine, observe, some):
     return look_again(N, me, mine, observe, some)
 
 
-@mirrors("humans.look_again 775121", "view.View.nearest 76f0f9",
-         "rays.Sight.nearest 6064c5", "view.View.ground 42a95b", "view.View.overlooked 3990b8",
-         "rays.Sight.overlooked 660c4c")  # fmt: skip
+@mirrors(
+    "humans.look_again 775121",
+    "view.View.nearest 76f0f9",
+    "view.View.ground 42a95b",
+    "view.View.overlooked 3990b8",
+    "rays.Sight.nearest 6064c5",
+    "rays.Sight.overlooked 660c4c",
+)
 def look_again(N, me, mine, observe, some):
     """Go to the floor in view that was looked at longest ago, or never [B6, chosen]."""
     v = observe.now[0]
@@ -224,11 +229,10 @@ def look_again(N, me, mine, observe, some):
 
     for latest in range(me.been - 1, -1, -1):
         place = np.int64(mine[N.been + latest])
-        kept = 0
+        older = 0
         for k in range(count):
-            if not is_overlooked(N, observe, place, some[k]):
-                kept += 1
-        if not kept:
+            older += not is_overlooked(N, observe, place, some[k])
+        if not older:
             break
         kept = 0
         for k in range(count):

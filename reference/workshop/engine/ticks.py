@@ -48,8 +48,11 @@ SENSE, ROBOTS, MOVE = range(3)
 PLAYED, OVER, STRATEGIES, ROW, MEMORY, PAIRS, EVENTS = range(7)
 
 
-@mirrors("simulation.Simulation.step 5b2e4c", "simulation.Simulation.burn 6e91f8",
-         "simulation.Simulation.robots_move 33a19e", entry=True)  # fmt: skip
+@mirrors(
+    "simulation.Simulation.step 5b2e4c",
+    "simulation.Simulation.robots_move 33a19e",
+    entry=True,
+)
 def play(T, S, rng):
     """Go on until the book has something to do; say what."""
     N = S.numbers[0]
@@ -85,22 +88,7 @@ def play(T, S, rng):
         if clock.phase == MOVE:
             if not people_move(N, T, S, rng):
                 return PAIRS
-            inside = 0
-            for i in range(N.people):
-                inside += S.bodies[i].fate == INSIDE
-            clock.ticks += 1
-            clock.time = clock.ticks * N.tick
-            clock.person_seconds += N.tick * inside
-            if clock.time >= clock.flames_change and clock.ticks % N.flame_ticks == 0:
-                advance_flames(
-                    N, clock, T.cells, S.arrival, S.burning, S.ash, S.harm, S.cost
-                )
-                burn_doors(N, T.cells, T.marks, S.burning, S.burnt, S.fresh)
-                for mark in range(N.landmarks):  # in the order of their numbers
-                    if S.fresh[mark]:
-                        S.fresh[mark] = 0
-                        S.burnt[mark] = True
-                        record(S, clock, DOOR_BURNT, -1, -1, 0.0, mark)
+            burn(N, T, S, clock)
 
         lose_health(N, clock, S.bodies, S.harm)
         settle(N, T, S, clock)
@@ -108,7 +96,12 @@ def play(T, S, rng):
         clock.left -= 1
 
 
-@mirrors("simulation.Simulation.done 2d1bf3")
+@mirrors(
+    "simulation.Simulation.done 2d1bf3",
+    "world.Bodies.inside 88092e",
+    "world.Bodies.walking ddf493",
+    "world.Bodies.__len__ af79bb",
+)
 def is_done(N, clock, bodies):
     """Nobody is inside any more, or time is up."""
     if clock.time >= N.time_limit - 1e-9:
@@ -119,7 +112,10 @@ def is_done(N, clock, bodies):
     return True
 
 
-@mirrors("simulation.Simulation.fire_turn 37158f")
+@mirrors(
+    "simulation.Simulation.fire_turn 37158f",
+    "simulation.Simulation.strategies_decide 1ec6a5",
+)
 def fire_turn(N, clock):
     """Is it the fire's turn, with sources left, at a decision? [D2, D6]"""
     since = clock.ticks // N.decision_ticks - N.fire_first
@@ -240,6 +236,29 @@ def fill_doors(N, T, S, clock):
         filled = S.full_until[mark]
         since = filled if filled > clock.time - N.tick + 1e-9 else clock.time
         S.full_until[mark] = since + count / (flow * way.width)
+
+
+# -- BURN ---------------------------------------------------------------------------
+
+
+@mirrors("simulation.Simulation.burn 6e91f8")
+def burn(N, T, S, clock):
+    """Advance the clock; spread flames and burn doors [A6] [D7]."""
+    inside = 0
+    for i in range(N.people):
+        inside += S.bodies[i].fate == INSIDE
+    clock.ticks += 1
+    clock.time = clock.ticks * N.tick
+    clock.person_seconds += N.tick * inside
+    if clock.time < clock.flames_change or clock.ticks % N.flame_ticks:
+        return
+    advance_flames(N, clock, T.cells, S.arrival, S.burning, S.ash, S.harm, S.cost)
+    burn_doors(N, T.cells, T.marks, S.burning, S.burnt, S.fresh)
+    for mark in range(N.landmarks):  # in the order of their numbers
+        if S.fresh[mark]:
+            S.fresh[mark] = 0
+            S.burnt[mark] = True
+            record(S, clock, DOOR_BURNT, -1, -1, 0.0, mark)
 
 
 # -- SETTLE -------------------------------------------------------------------------

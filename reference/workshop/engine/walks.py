@@ -291,7 +291,7 @@ def push(N, A, walkers, n, pairs, count):
         )
 
 
-@mirrors("motion._not_into_each_other 6216da")
+@mirrors("motion._not_into_each_other 6216da", "motion.Pairs.off 3cc630")
 def not_into_each_other(N, walkers, n, pairs, count, shuffling):
     """Of two who would overlap, keep in place the one that yields; if need be, both.
 
