@@ -5,11 +5,11 @@ the book steps one, the engine the other.  `python tests/equality.py --only 17` 
 the seventeenth again.  It stops at the first tick, person and field that differ.
 
 It compares bodies, who is due, full doors, where people walked, robots, flames, burnt
-doors, events, clocks, the random generators and minds, all to the bit; in three ways,
-by lot: all of it after every tick; minds after every seventh tick only (so that what
-the engine remembers lives on); or all of it only at each decision (so that the engine
-plays from one to the next in one go).  Three in ten are odd: the world is changed,
-copied or pickled meanwhile, and book and engine take turns.
+doors, events, clocks, the random generators and minds, all to the bit: after every
+tick, or in one emergency of ten at each decision, so that the engine plays from one to
+the next in one go.  Minds are copied out of the engine, which keeps its own.
+Three in ten are odd: the world is changed, copied or pickled meanwhile, and book and
+engine take turns.
 """
 
 import argparse
@@ -29,26 +29,27 @@ from reference.building import Kind
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.engine.going import advance
+from reference.workshop.engine.state import Minds
 from reference.workshop.maps import MistakesError, load
 from reference.workshop.strategies import SCRIPTS
 from reference.world import FireLit, Mind
 
 TOGETHER = 20  # emergencies that share a building and a range of sight
 SHIPPED = ("tiny", "paper", "tower", "school", "museum", "maze")
-WAYS = (1, 7, 0)  # minds after so many ticks; 0: everything at decisions
+AT_DECISIONS = 0.1  # share of emergencies that go from decision to decision
 
 
 # -- What is compared ---------------------------------------------------------------
 
 
-def unlike(book: Simulation, other: Simulation, minds: bool = True) -> str:
+def unlike(book: Simulation, other: Simulation) -> str:
     """The first field that differs, and whose; "" if none does."""
-    for found in _differences(book, other, minds):
+    for found in _differences(book, other):
         return found
     return ""
 
 
-def _differences(book: Simulation, other: Simulation, minds: bool) -> Iterator[str]:
+def _differences(book: Simulation, other: Simulation) -> Iterator[str]:
     yield from _unlike_records("body", [book.world.bodies], [other.world.bodies])
     yield from _unlike_records("robot", book.world.robots, other.world.robots)
     for name in ("ticks", "person_seconds", "_flames_change", "due", "turn"):
@@ -63,8 +64,15 @@ def _differences(book: Simulation, other: Simulation, minds: bool) -> Iterator[s
     for name, rng in book.rng.items():
         state = other.rng[name].bit_generator.state
         yield from _unlike(f"generator {name}", rng.bit_generator.state, state)
-    if minds:
-        yield from _unlike_records("mind", book.world.minds, other.world.minds)
+    yield from _unlike_records("mind", book.world.minds, _minds_of(other))
+
+
+def _minds_of(run: Simulation) -> list[Mind]:
+    """Its minds; those that the engine has are copied, and stay with it."""
+    minds = run.world.minds
+    if isinstance(minds, Minds) and minds.kept.has_minds:
+        return minds.kept.written_minds([])
+    return minds
 
 
 def _unlike_records(kind: str, some: list[Any], others: list[Any]) -> Iterator[str]:
@@ -107,7 +115,7 @@ class Emergency(NamedTuple):
     fire: str
     seed: int
     scenario: dict[str, Any]
-    minds: int  # one of WAYS
+    each_tick: bool  # compared, or at decisions only, between which the engine goes on
     odd: bool  # somebody changes the world, copies, pickles, takes turns
 
     def begin(self) -> Simulation:
@@ -164,7 +172,7 @@ def emergency(number: int, small: bool = False) -> Emergency:
         str(rng.choice(list(SCRIPTS["fire"]))),
         int(rng.integers(2**31)),
         scenario,
-        int(rng.choice(WAYS)),
+        bool(rng.random() >= AT_DECISIONS),
         bool(rng.random() < 0.3),
     )
 
@@ -332,7 +340,7 @@ def _another(run: Simulation, rng: Rng) -> Simulation:
 
 
 def first_difference(one: Emergency, most: int = sys.maxsize) -> tuple[int, str]:
-    """Ticks compared, and the first tick, person and field that differ, "" if none."""
+    """States compared, and the first tick, person and field that differ, "" if none."""
     try:
         book = one.begin()
     except InputError:  # more people than fit
@@ -343,9 +351,9 @@ def first_difference(one: Emergency, most: int = sys.maxsize) -> tuple[int, str]
         for run in (book, other):
             run.robot_strategy = Meddler(run.robot_strategy, run)
             run.fire_strategy = Meddler(run.fire_strategy, run)
-    ticks = 0
-    while not book.done and ticks < most:
-        stride = 1 if one.minds else book.decision_ticks
+    compared = 0
+    while not book.done and book.ticks < most:
+        stride = 1 if one.each_tick else book.decision_ticks
         by_book = one.odd and rng.random() < 0.05
         for _ in range(stride):
             if not book.done:
@@ -354,10 +362,9 @@ def first_difference(one: Emergency, most: int = sys.maxsize) -> tuple[int, str]
                     other.step()
         if not by_book:
             advance(other, stride)
-        ticks = book.ticks
-        minds = not one.minds or ticks % one.minds == 0 or book.done
-        if found := unlike(book, other, minds):
-            return ticks, f"{one}, tick {ticks}: {found}"
+        compared += 1
+        if found := unlike(book, other):
+            return compared, f"{one}, tick {book.ticks}: {found}"
         if one.odd and not book.done and rng.random() < 0.05:
             seed = rng.integers(2**31)
             for run in (book, other):
@@ -366,18 +373,18 @@ def first_difference(one: Emergency, most: int = sys.maxsize) -> tuple[int, str]
                 other = _another(other, rng)
                 book.robot_strategy.run = book
     if book.done != other.done:
-        return ticks, f"{one}: only one of them is done"
-    return ticks, ""
+        return compared, f"{one}: only one of them is done"
+    return compared, ""
 
 
 # -- The command --------------------------------------------------------------------
 
 
 class Part(NamedTuple):
-    """Of some emergencies: how many, their ticks, and what differs first."""
+    """Of some emergencies: how many, states compared, and what differs first."""
 
     emergencies: int
-    ticks: int
+    compared: int
     found: str
 
 
@@ -385,21 +392,21 @@ def compare(numbers: range) -> Part:
     """Play these emergencies, up to the first difference."""
     done = Part(0, 0, "")
     for number in numbers:
-        ticks, found = first_difference(emergency(number))
-        done = Part(done.emergencies + 1, done.ticks + ticks, found)
+        compared, found = first_difference(emergency(number))
+        done = Part(done.emergencies + 1, done.compared + compared, found)
         if found:
             break
     return done
 
 
 def compare_many(least: int, workers: int) -> Part:
-    """Play emergencies until so many ticks are compared, or one differs."""
+    """Play emergencies until so many states are compared, or one differs."""
     begun = time.monotonic()
     total = Part(0, 0, "")
     first = 0
     with ProcessPoolExecutor(workers) as pool:
         running = set()
-        while total.ticks < least and not total.found:
+        while total.compared < least and not total.found:
             while len(running) < workers:
                 running.add(pool.submit(compare, range(first, first + TOGETHER)))
                 first += TOGETHER
@@ -407,11 +414,11 @@ def compare_many(least: int, workers: int) -> Part:
             for part in (job.result() for job in done):
                 total = Part(
                     total.emergencies + part.emergencies,
-                    total.ticks + part.ticks,
+                    total.compared + part.compared,
                     total.found or part.found,
                 )
             minutes = (time.monotonic() - begun) / 60
-            print(f"{minutes:.1f} min: {total.ticks:,} ticks", file=sys.stderr)
+            print(f"{minutes:.1f} min: {total.compared:,} states", file=sys.stderr)
         for job in running:
             job.cancel()
         print("the last ones end", file=sys.stderr)
@@ -430,7 +437,7 @@ def main() -> int:
         total = compare(range(asked.only, asked.only + 1))
     else:
         total = compare_many(asked.ticks, asked.workers)
-    print(f"{total.ticks:,} ticks of {total.emergencies} emergencies compared")
+    print(f"{total.compared:,} states of {total.emergencies} emergencies compared")
     print(total.found or "all equal")
     return bool(total.found)
 

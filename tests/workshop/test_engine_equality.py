@@ -46,7 +46,7 @@ def planned(
     **scenario: Any,
 ) -> Emergency:
     """An emergency as said, compared after every tick."""
-    return Emergency(0, building, robots, fire, seed, scenario, minds=1, odd=False)
+    return Emergency(0, building, robots, fire, seed, scenario, True, odd=False)
 
 
 def both(**said: Any) -> tuple[Simulation, Simulation]:

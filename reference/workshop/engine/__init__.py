@@ -18,7 +18,7 @@ from reference.simulation import Simulation
 if TYPE_CHECKING:
     from reference.workshop.engine.mirrors import Rules
 
-SLOWER = "the book plays, 5 to 20 times slower"
+SLOWER = "the book plays, ten times slower or more"
 ONE_AT_A_TIME = RLock()  # threads share tables
 
 
