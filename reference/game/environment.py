@@ -11,7 +11,7 @@ inside any more, truncated if time is up.
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -71,7 +71,7 @@ def _metres(building: Building, action: np.ndarray) -> tuple[float, float]:
 class AgentRobots:
     """A strategy that does what the robots' agents chose, in the order of robots."""
 
-    chosen: Destinations = field(default_factory=list)
+    chosen: Sequence[Destination | None] = ()
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
@@ -142,7 +142,7 @@ class Environment:
         if not self.possible_agents:
             raise ValueError("nobody acts: leave the robots or the fire to an agent")
         self.agents: list[str] = []
-        self._seeds: np.random.Generator | None = None
+        self._seeds = np.random.default_rng()
         self._begin(seed=0)
 
     def _begin(self, seed: int) -> None:
@@ -152,22 +152,22 @@ class Environment:
         self.simulation = Simulation(
             self.building,
             self.scenario,
-            self._agent_robots if self._robots is None else deepcopy(self._robots),
-            self._agent_fire if self._fire is None else deepcopy(self._fire),
+            deepcopy(self._robots) or self._agent_robots,
+            deepcopy(self._fire) or self._agent_fire,
             seed,
         )
 
-    def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, Infos]:
+    def reset(self, seed: int | None = None) -> tuple[Observations, Infos]:
         """Begin a new episode: observations and infos. Same seed, same episode.
 
         Without a seed the next one is drawn from the last one given, or at random.
-        There are no options. Raises ValueError for a negative seed.
+        Raises ValueError for a negative seed.
         """
-        if seed is not None or self._seeds is None:
+        if seed is None:
+            seed = int(self._seeds.integers(2**32))
+        else:
             self._seeds = np.random.default_rng(seed)
-        self._begin(int(self._seeds.integers(2**32)) if seed is None else seed)
+        self._begin(seed)
         self.agents = self.possible_agents.copy()
         return self._observed(self.agents), self._infos(self.agents)
 
@@ -178,8 +178,6 @@ class Environment:
         missing; `workshop.zoo` checks others' actions and says what is wrong.
         """
         agents = self.agents
-        if not agents:
-            return {}, {}, {}, {}, {}
         already = len(self.simulation.events)
         chosen: dict[str, Any] = {}
         for agent in agents:

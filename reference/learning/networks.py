@@ -83,7 +83,7 @@ class GridEncoder(nn.Module):
         kernels = self.conv1.weight.chunk(len(GRID_KINDS), dim=1)
         kinds = grids.chunk(len(GRID_KINDS), dim=1)
         for cells, kernel in zip(kinds, kernels, strict=True):
-            if cells.amax(dim=0).equal(cells.amin(dim=0)):
+            if cells.amax(0).equal(cells.amin(0)):
                 cells = cells[:1]
             cells = cells.to(kernel.dtype)
             x = x + functional.conv2d(cells, kernel, stride=self.conv1.stride)
@@ -194,10 +194,10 @@ class ActionDistribution:
             total = total + branch.entropy()
         return total
 
-    def noise(self) -> tuple[int, int]:
-        """How many standard normal and Gumbel numbers `act` needs for an agent."""
+    def noise(self) -> list[int]:
+        """How many numbers `act` takes: normal ones, then Gumbel's for each branch."""
         counts = (branch.logits.shape[-1] for branch in self.branches)
-        return self.gaussian.mean.shape[-1], sum(counts)
+        return [self.gaussian.mean.shape[-1], *counts]
 
     def act(self, noise: Tensor | None = None) -> Tensor:
         """Sample actions (..., C + D) with `noise`; without it, the mean or likeliest.
@@ -207,8 +207,7 @@ class ActionDistribution:
         mean = self.gaussian.mean
         scores = [branch.logits for branch in self.branches]
         if noise is not None:
-            sizes = [mean.shape[-1], *(s.shape[-1] for s in scores)]
-            normal, *gumbel = noise.split(sizes, dim=-1)
+            normal, *gumbel = noise.split(self.noise(), dim=-1)
             mean = mean + self.gaussian.stddev * normal
             scores = [s + g for s, g in zip(scores, gumbel, strict=True)]
         chosen = [s.argmax(dim=-1, keepdim=True).to(mean.dtype) for s in scores]
@@ -221,12 +220,12 @@ class GaussianHead(nn.Module):
     A linear layer gives the mean; log sigma is a free vector that begins at 0.
     """
 
-    def __init__(self, hidden: int, continuous: int, branches: tuple[int, ...]):
+    def __init__(self, hidden: int, sizes: Sizes):
         super().__init__()
-        self.mean = linear(hidden, continuous, MEAN_GAIN / sqrt(hidden))
-        self.log_sigma = nn.Parameter(torch.zeros(continuous))
+        self.mean = linear(hidden, sizes.continuous, MEAN_GAIN / sqrt(hidden))
+        self.log_sigma = nn.Parameter(torch.zeros(sizes.continuous))
         self.branches = nn.ModuleList(
-            linear(hidden, n, BRANCH_GAIN / sqrt(hidden)) for n in branches
+            linear(hidden, n, BRANCH_GAIN / sqrt(hidden)) for n in sizes.branches
         )
 
     def forward(self, x: Tensor, vectors: Tensor) -> ActionDistribution:
@@ -240,12 +239,9 @@ class Actor(nn.Module):
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
-        hidden = settings.hidden_units
         self.body = Body(sizes, settings)
-        if sizes.head is None:
-            self.head = GaussianHead(hidden, sizes.continuous, sizes.branches)
-        else:
-            self.head = sizes.head(hidden)
+        head = sizes.head or GaussianHead
+        self.head = head(settings.hidden_units, sizes)
 
     def forward(self, vectors: Tensor, grids: Tensor) -> ActionDistribution:
         """(B, G, V) and (B, channels, height, width)."""

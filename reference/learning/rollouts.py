@@ -16,7 +16,7 @@ from reference.fire import FireStrategy
 from reference.game.codec import Moment, decided
 from reference.game.environment import AgentFire, AgentRobots, until_next_decision
 from reference.game.observations import grid, robots_at_work
-from reference.learning.experience import RECORDED, Record, Trajectory
+from reference.learning.experience import Record, Trajectory
 from reference.learning.players import LearnedNetwork, Player
 from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
@@ -107,7 +107,7 @@ class _RunningEpisode:
 
     agents  strategies that do what players choose;  decisions  of the robots, so far
     there   (R,) bool, robots that observe the next step;  seen  (R, V), what they did
-            last;  records, rewards  by side
+            last;  records  by side, with their rewards
     """
 
     def __init__(
@@ -130,7 +130,6 @@ class _RunningEpisode:
         }
         recorded = [side for side in players if side in job.record]
         self.records: dict[Side, list[Record]] = {side: [] for side in recorded}
-        self.rewards: dict[Side, list[float]] = {side: [] for side in recorded}
 
     def acting(self, side: Side) -> np.ndarray:
         """(G,) bool: whose actions are read now?"""
@@ -152,15 +151,13 @@ class _RunningEpisode:
             alive=acting,
             world=self.simulation.world,
             rng=self.rngs[side],
-            seed=self.seed,
         )
 
     def choose(self, side: Side, chosen: np.ndarray, record: Record) -> None:
         """Take a decision, and record it with no reward yet."""
         self.agents[side].chosen = list(map(decided, chosen))
         if side in self.records:
-            self.records[side].append(record)
-            self.rewards[side].append(0.0)
+            self.records[side].append(record | {"rewards": np.zeros(())})
 
     def end_step(self) -> None:
         """Pay a side's last decision, the same for all agents.
@@ -170,9 +167,9 @@ class _RunningEpisode:
         events = self.simulation.events[self.told :]
         self.told += len(events)
         earned = {"robots": group_reward(events), "fire": fire_reward(events)}
-        for side, paid in self.rewards.items():
-            if paid:
-                paid[-1] += earned[side]
+        for side, records in self.records.items():
+            if records:
+                records[-1]["rewards"] += earned[side]
         self.decisions += 1
 
     def episode(self) -> Episode:
@@ -203,12 +200,12 @@ class _RunningEpisode:
         if not records:
             return None
         (seen,) = self.players[side].codec.read(_moments([self], side))
-        columns = {name: [row[name] for row in records] for name in RECORDED}
+        columns = {name: [row[name] for row in records] for name in records[0]}
         columns["vectors"].append(seen)
         columns["grids"].append(grid(self.simulation.world))
         columns["alive"].append(columns["alive"][-1] & self._cut_off(side))
         arrays = {name: np.stack(rows) for name, rows in columns.items()}
-        return Trajectory(**arrays, rewards=np.array(self.rewards[side]))
+        return Trajectory(**arrays)
 
     def _cut_off(self, side: Side) -> np.ndarray | bool:
         """Has time left them with something to do [C8]? (G,) bool, or one for all."""

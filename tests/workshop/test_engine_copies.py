@@ -18,11 +18,12 @@ from equality import unlike
 from reference import paper
 from reference.paper import Scenario
 from reference.rays import sight_of
-from reference.robots import Destinations, RandomRobots
+from reference.robots import Destinations
 from reference.simulation import Simulation
 from reference.workshop.engine.going import advance
 from reference.workshop.maps import load
 from reference.workshop.strategies import SCRIPTS
+from reference.workshop.strategies.guides import RandomRobots
 from reference.world import Aim, Mind, World
 
 pytestmark = pytest.mark.usefixtures("engine_plays")

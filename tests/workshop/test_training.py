@@ -16,10 +16,10 @@ from reference.learning.players import LearnedNetwork
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
-from reference.robots import RandomRobots
 from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.workers import InProcess, workers
 from reference.workshop.strategies.fires import BusiestFire
+from reference.workshop.strategies.guides import RandomRobots
 from reference.workshop.training.checkpoints import load_checkpoint, newest_checkpoint
 from reference.workshop.training.loop import run_training
 from reference.workshop.training.rounds import Training, seeds_of

@@ -268,7 +268,7 @@ NORMALISER = ".normaliser."  # in the names of its weights, of 64 bits
 
 def state_of(learner: Learner) -> dict[str, Any]:
     """Collect all that a learner needs to resume, as plain data and its own tensors."""
-    buffer = [p.columns() | {"grids": _packed(p.grids)} for p in learner.buffer]
+    buffer = [vars(p) | {"grids": _packed(p.grids)} for p in learner.buffer]
     return {
         **{name: getattr(learner, name).state_dict() for name in NETWORKS},
         "buffer": buffer,
