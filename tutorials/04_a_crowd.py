@@ -1,7 +1,7 @@
 """Tutorial 4: a crowd.
 
 You learn how forty people leave a building that none of them knows: who leads, who
-follows, how many get out, and what that depends on. It takes 15 seconds.
+follows, how many get out, and what that depends on. It takes 10 seconds.
 """
 
 from pathlib import Path
