@@ -73,8 +73,8 @@ def _differences(book: Simulation, other: Simulation) -> Iterator[str]:
 def _minds_of(run: Simulation) -> list[Mind]:
     """Its minds; those that the engine has are copied, and stay with it."""
     minds = run.world.minds
-    if isinstance(minds, Minds) and minds.kept.has_minds:
-        return minds.kept.written_minds([])
+    if isinstance(minds, Minds) and minds.arrays.has_minds:
+        return minds.arrays.written_minds([])
     return minds
 
 

@@ -83,7 +83,7 @@ def test_a_copy_is_of_arrays_and_costs_less_than_a_millisecond() -> None:
     for _ in range(50):
         run.copy()
     assert process_time() - begin < 50 * 1e-3
-    assert vars(run)["_engine"].has_minds
+    assert vars(run)["_engine_arrays"].has_minds
 
 
 def test_a_copy_of_the_world_alone_starts_another_simulation() -> None:
@@ -203,11 +203,11 @@ def test_a_simulation_goes_when_nobody_holds_it() -> None:
     gc.disable()
     try:
         run = played()
-        gone = ref(vars(run)["_engine"])
+        gone = ref(vars(run)["_engine_arrays"])
         twin = run.copy()
         del run
         assert gone() is None
-        gone = ref(vars(twin)["_engine"])
+        gone = ref(vars(twin)["_engine_arrays"])
         del twin
         assert gone() is None
     finally:

@@ -1,7 +1,7 @@
 """Between the book and compiled ticks: who plays what, and in which order."""
 
-import sys
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from reference.paper import Scenario
 from reference.robots import Destinations, actual_target, said_on_the_way
 from reference.simulation import Simulation
 from reference.workshop.engine import storing, ticks
-from reference.workshop.engine.state import EVENT, PAIR, Kept
+from reference.workshop.engine.keeping import kept_with
+from reference.workshop.engine.state import EVENT, PAIR, RunArrays
 from reference.workshop.engine.ways import quick_ways
 
 HUT = """building: Hut
@@ -28,20 +29,19 @@ def make_ready(say: Callable[[str], None]) -> None:
         run = Simulation(building_of(HUT), Scenario(people=0))
         advance(run, 0)
         with quick_ways(run.navigation):
+            # a second call would else be answered without a search
             run.navigation._search.cache_clear()
             run.navigation.distances(run.navigation.goals[0])
 
     storing.make_ready(first_call, say)
 
 
-def kept(run: Simulation) -> Kept:
+def arrays_of(run: Simulation) -> RunArrays:
     """The arrays of a simulation, begun once."""
-    mine: Kept = vars(run).get("_engine") or Kept(run)
-    vars(run)["_engine"] = mine
-    return mine
+    return kept_with(run, "arrays", partial(RunArrays, run))
 
 
-def instruct(run: Simulation, mine: Kept, destinations: Destinations) -> None:
+def instruct(run: Simulation, mine: RunArrays, destinations: Destinations) -> None:
     """Tell robots where to go, as lines 4 and 5 of Algorithm 3 say."""
     occupancy = run.world.occupancy
     each = zip(run.world.robots, destinations, strict=True)
@@ -58,14 +58,14 @@ def instruct(run: Simulation, mine: Kept, destinations: Destinations) -> None:
 
 def advance(run: Simulation, count: int) -> None:
     """Run so many ticks, or to the end."""
-    mine = kept(run)
+    mine = arrays_of(run)
     mine.take()
     clock = mine.state.clock
-    clock["left"] = min(count, sys.maxsize)
+    clock["left"] = count
     clock["phase"] = ticks.SENSE
     rng = run.rng["bodies"]
     while True:
-        why = ticks.play(mine.arrays, mine.state, rng)
+        why = ticks.play(mine.tables.arrays, mine.state, rng)
         if why == ticks.ROW:
             place, holes, *marks = mine.state.wanted.tolist()
             mine.tables.add_row(place, frozenset(marks[:holes]))

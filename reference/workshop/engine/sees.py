@@ -1,7 +1,8 @@
 """What one human sees now: mirrors `view`, and what it asks of `rays` and `navigation`.
 
-N  the numbers, one record;  T  the tables;  S  the state
+N  the numbers, one record;  r  a row of the tables, one record
 v  the view of who thinks, one record;  p, q  places
+np.int64(x)  a variable, and what a function returns, have one type in all branches
 """
 
 from math import sqrt
@@ -15,10 +16,10 @@ from reference.workshop.engine.state import NOT_TOLD
 from reference.workshop.engine.tables import IN_LINE, OVERLOOKED, SEEN
 from reference.world import FLOOR_APART, Aim, Fate
 
-INSIDE = int(Fate.INSIDE)
+FATE_INSIDE = int(Fate.INSIDE)
 EXIT = int(Kind.EXIT)
 ENTRANCE = int(Kind.ENTRANCE)
-LANDMARK = int(Aim.LANDMARK)
+AIM_LANDMARK = int(Aim.LANDMARK)
 
 
 class Observe(NamedTuple):
@@ -179,47 +180,8 @@ def is_burnt(observe, mark):
     return False
 
 
-@mirrors(
-    "view.View.leaders_to ec7e62",
-    "view.View.followers_of b1901e",
-    "humans.suitable_leader 580196",
-)
-def suitable_leader(N, me, observe, wanted):
-    """The human in view worth following, or -1."""
-    v = observe.now[0]
-    if v.time < me.pause_until:
-        return -1
-    tried = np.inf  # the highest rank first
-    last = -1  # of equals the lowest number first
-    while True:
-        best = -1
-        rank = -1.0
-        for k in range(v.seen):
-            j = observe.seen[k].j
-            if j >= N.people:
-                break
-            them = observe.seen[k]
-            if them.landmark != wanted or them.leader >= 0 or not them.rank > v.rank:
-                continue
-            later = them.rank < tried or (them.rank == tried and j > last)
-            equal = them.rank == rank and j < best
-            if later and (best < 0 or them.rank > rank or equal):
-                best = j
-                rank = them.rank
-        if best < 0:
-            return -1
-        followers = 0
-        for k in range(v.seen):
-            one = observe.seen[k]
-            followers += one.j < N.people and one.leader == best
-        if followers < N.MOST_FOLLOWERS:
-            return best
-        tried = rank
-        last = best
-
-
 @mirrors("view.see 9ca2af")
-def row_of(rows, cells, hits, lists, burnt, wanted, p):
+def find_row(rows, cells, hits, lists, burnt, wanted, p):
     """The row of what is seen from p; -1: it is wanted first."""
     row = np.int64(cells[p].row)
     holes = 0
@@ -331,12 +293,12 @@ def look(
 
 
 @mirrors("view.View.towards e1bbd9")
-def face(me, p, cells, marks):
+def turn_towards_goal(me, p, cells, marks):
     """Turn from p to the goal, in sight or remembered, unless one is there."""
     here = cells[p]
     to_x = here.x
     to_y = here.y
-    if me.aim == LANDMARK:
+    if me.aim == AIM_LANDMARK:
         mark = marks[me.which]
         to_x = mark.x
         to_y = mark.y

@@ -19,7 +19,7 @@ import numpy as np
 from reference import paper
 from reference.fire import NoFire
 from reference.simulation import Simulation
-from reference.workshop.engine.tables import Arrays, Tables, record, tables_of
+from reference.workshop.engine.tables import Tables, record_kind, tables_of
 from reference.world import (
     NOWHERE,
     Aim,
@@ -36,55 +36,58 @@ from reference.world import (
 
 BEEN = 64  # places that one remembers for which there is room at first
 TRAIL = 16  # doors of a way back for which there is room at first
+ROOM_IN_FRONT = 4  # of a way: a robot that would cut a corner puts a place there
 NOT_TOLD = -2
 LEFT_FLOOR, EVACUATED, DIED, DOOR_BURNT = range(4)
 
 # what others see of a body comes first: a body is three lines of the processor's cache
-BODY = record(
+BODY = record_kind(
     x="f8", y="f8", place="i8", floor="i8", rank="f8", leader="i8", landmark="i8",
     fate="i1", mode="i1", stairwell="i8", health="f8", pace="f8", anchor_time="f8",
     stairs_until="f8", reckless_until="f8", anchor_x="f8", anchor_y="f8", goal_x="f8",
     goal_y="f8", target_x="f8", target_y="f8",
 )  # fmt: skip
 POINTS = {"position": "x", "target": "target_x", "goal": "goal_x", "anchor": "anchor_x"}
-MIND = record(
+MIND = record_kind(
     mode="i8", leader="i8", seen_at="f8", seen_place="i8", told="i8", pause_until="f8",
     waits_until="f8", aim="i8", which="i8", place="i8", facing_x="f8", facing_y="f8",
     been="i8", trail="i8",
 )  # fmt: skip
-ROBOT = record(
+ROBOT = record_kind(
     x="f8", y="f8", place="i8", body="i8", floor="i8", says="i8", at="i8", end="i8",
     active="i8", to_x="f8", to_y="f8", decided="i8",
 )  # fmt: skip
-CLOCK = record(
+CLOCK = record_kind(
     time="f8", person_seconds="f8", flames_change="f8", ticks="i8", left="i8",
     phase="i8", events="i8", thinking="i8", walked="i8", alight="i8", sources="i8",
     touched="i8", fire="i8", flames_moved="i8",
 )  # fmt: skip
-EVENT = record(time="f8", health="f8", kind="i8", person="i8", floor="i8", mark="i8")
-VIEW = record(
+EVENT = record_kind(
+    time="f8", health="f8", kind="i8", person="i8", floor="i8", mark="i8"
+)
+VIEW = record_kind(
     time="f8", rank="f8", halted_since="f8", row="i8", place="i8", patch="i8",
     room="i8", here="i8", here_burnt="i8", seen="i8", robot="i8", alight="i8",
     hits="i8", hits_end="i8", opens="i8", opens_end="i8", holes="i8", holes_end="i8",
     looked="i8", looked_end="i8",
 )  # fmt: skip
-SPOT = record(x="f8", y="f8", cell="i8", later="i8")
-GRID = record(wide="f8", across="i8", down="i8")
-SIGHTED = record(
+SPOT = record_kind(x="f8", y="f8", cell="i8", later="i8")
+GRID = record_kind(wide="f8", across="i8", down="i8")
+SIGHTED = record_kind(
     metres="f8", rank="f8", j="i8", place="i8", told="i8", leader="i8", landmark="i8"
 )
-WALKER = record(
+WALKER = record_kind(
     i="i8", floor="i8", inside="i8", fearless="i8", x="f8", y="f8", pace="f8",
     to_x="f8", to_y="f8", e_x="f8", e_y="f8", far="f8", v="f8", turned_x="f8",
     turned_y="f8", sum_x="f8", sum_y="f8", walked_x="f8", walked_y="f8", moved_x="f8",
     moved_y="f8", tried_x="f8", tried_y="f8", on_x="f8", on_y="f8", right="f8",
     standing="i8", held="i8", meets="i8", back="i8", cell="i8", later="i8",
 )  # fmt: skip
-PAIR = record(
+PAIR = record_kind(
     i="i8", j="i8", to_x="f8", to_y="f8", apart="f8", room="f8", facing="i8",
     i_yields="i8", push_i="f8", push_j="f8",
 )  # fmt: skip
-TOUCH = record(i="i8", before="i8")
+TOUCH = record_kind(i="i8", before="i8")
 
 # numbers of `paper`, and others that may change from call to call
 OF_PAPER = (
@@ -145,7 +148,7 @@ WHOLE = {
     "flame_ticks", "most_sources", "fire_first", "fire_every", *SIZES, *MEMORY,
 }  # fmt: skip
 NAMES = (*OF_PAPER, *OF_RUN, *SIZES, *MEMORY)
-NUMBERS = record(**{name: "i8" if name in WHOLE else "f8" for name in NAMES})
+NUMBERS = record_kind(**{name: "i8" if name in WHOLE else "f8" for name in NAMES})
 from_paper = itemgetter(*OF_PAPER)
 
 
@@ -190,7 +193,12 @@ OWN = State._fields[: State._fields.index("numbers")]
 
 
 def references(things: list[Any]) -> list[int]:
-    """How often each of these is held, by this list and by others."""
+    """How often each of these is held, by this list and by others.
+
+    Somebody who took `bodies.position`, or a mind, before the engine began holds an
+    array, or a mind, that the book would go on changing. Python's count of references
+    tells whether there is somebody; then `give` writes into what they hold.
+    """
     return [getrefcount(thing) for thing in things]
 
 
@@ -200,22 +208,22 @@ ONCE = references([object()])[0]  # held by a list alone
 class Minds(UserList[Mind]):
     """A world's minds while the engine plays: copied back when somebody asks."""
 
-    def __init__(self, kept: "Kept"):
+    def __init__(self, arrays: "RunArrays"):
         """Make the list; the minds stay with the engine."""
-        self.kept = kept
+        self.arrays = arrays
 
     @property
     def data(self) -> list[Mind]:  # type: ignore[override]
-        """The minds as they are now; who has asked once may hold some for ever."""
-        self.kept.asked_for_minds = True
-        return self.kept.minds_given()
+        """The minds as they are now; from now on, they are copied after every call."""
+        self.arrays.asked_for_minds = True
+        return self.arrays.minds_given()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Any:
         """Copy the arrays, not the objects."""
-        if not self.kept.has_minds:
+        if not self.arrays.has_minds:
             return deepcopy(self.data, memo)
-        twin = self.kept.copied(memo.get(id(self.kept.run)))
-        memo[id(self.kept)] = twin
+        twin = self.arrays.copied(memo.get(id(self.arrays.run)))
+        memo[id(self.arrays)] = twin
         return Minds(twin)
 
     def __reduce_ex__(self, protocol: Any) -> Any:
@@ -223,7 +231,7 @@ class Minds(UserList[Mind]):
         return list, (list(self.data),)
 
 
-class Kept:
+class RunArrays:
     """One simulation's arrays, from one call to the next."""
 
     def __init__(self, run: Simulation):
@@ -250,7 +258,9 @@ class Kept:
             minds=np.zeros(n, MIND),
             memory=np.zeros((n, 0), np.int32),
             robots=np.zeros(robots, ROBOT),
-            ways=np.zeros((robots, run.navigation.floor_size + 8), np.int32),
+            ways=np.zeros(
+                (robots, run.navigation.floor_size + 2 * ROOM_IN_FRONT), np.int32
+            ),
             due=np.zeros(n, bool),
             turn=np.zeros(n, np.int64),
             full_until=np.zeros(marks + 1),
@@ -282,22 +292,17 @@ class Kept:
         """The simulation that these arrays are of."""
         return cast(Simulation, self._run())
 
-    @property
-    def arrays(self) -> Arrays:
-        """The tables, as long as they are now."""
-        return self.tables.arrays
-
     def __reduce_ex__(self, protocol: Any) -> Any:
-        """What is unpickled begins arrays of its own."""
+        """Unpickle as None, which `kept_with` takes for not begun."""
         return type(None), ()
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> "Kept | None":
+    def __deepcopy__(self, memo: dict[int, Any]) -> "RunArrays | None":
         """What was copied with the minds; else a copy begins arrays of its own."""
         return memo.get(id(self))
 
-    def copied(self, run: Simulation | None) -> "Kept":
+    def copied(self, run: Simulation | None) -> "RunArrays":
         """A copy, for a copy of the simulation (not complete yet) or of its world."""
-        twin = Kept.__new__(Kept)
+        twin = RunArrays.__new__(RunArrays)
         vars(twin).update(vars(self))
         if run is not None:
             twin._run = ref(run)
@@ -385,7 +390,7 @@ class Kept:
         self._take_tables()
         self._read_numbers()
         self._take_bodies(world.bodies)
-        mine = isinstance(world.minds, Minds) and world.minds.kept is self
+        mine = isinstance(world.minds, Minds) and world.minds.arrays is self
         if not (mine and self.has_minds):
             self._take_minds(world.minds)
             self.has_minds = True
@@ -423,17 +428,17 @@ class Kept:
                 shape = (len(all_mine), 2)
                 column = np.lib.stride_tricks.as_strided(column, shape, strides)
             column[:] = now
-            if count > ONCE + 1:  # not by the bodies alone
+            if count > ONCE + 1:  # by more than `bodies` and the list above
                 self._held[name] = now
             self._bodies[name] = column
             setattr(bodies, name, column)
 
     def _take_minds(self, minds: Sequence[Mind]) -> None:
         """Write minds into the records; at the start they remember nothing."""
-        if isinstance(minds, Minds) and self._take_copied(minds.kept):
+        if isinstance(minds, Minds) and self._take_copied(minds.arrays):
             return
         self._minds = minds.data if isinstance(minds, Minds) else cast(list, minds)
-        if max(references(self._minds), default=0) > ONCE:
+        if max(references(self._minds), default=0) > ONCE:  # not by their list alone
             self.asked_for_minds = True
         been = max((len(mind.been) for mind in self._minds), default=0)
         trail = max((len(mind.trail) for mind in self._minds), default=0)
@@ -449,7 +454,7 @@ class Kept:
             if mind.been or mind.doors or mind.seen_from or mind.patches or mind.trail:
                 self._take_memory(state.memory[i], mind)
 
-    def _take_copied(self, other: "Kept") -> bool:
+    def _take_copied(self, other: "RunArrays") -> bool:
         """Take minds over from other arrays, if they are there and laid out alike."""
         alike = other.tables is self.tables and other._memory == self._memory
         if not (alike and other.has_minds):
@@ -464,6 +469,7 @@ class Kept:
         row[list(mind.doors)] = 1
         for mark, room in mind.seen_from.items():
             row[seen_from + mark] = room
+        # the first column of patches is NOWHERE, which may be among them
         row[np.array(list(mind.patches), int) + (patches + 1)] = 1
         row[been : been + len(mind.been)] = list(mind.been)
         row[trail : trail + 2 * len(mind.trail)] = np.ravel(mind.trail)
@@ -471,13 +477,13 @@ class Kept:
 
     def _take_robots(self) -> None:
         for k, robot in enumerate(self.run.world.robots):
-            end = 4 + len(robot.way)
+            end = ROOM_IN_FRONT + len(robot.way)
             x, y = robot.position.tolist()
             self.state.robots[k] = (
-                x, y, robot.place, robot.body, robot.floor, robot.says, 4, end,
-                robot.active, x, y, False,
+                x, y, robot.place, robot.body, robot.floor, robot.says,
+                ROOM_IN_FRONT, end, robot.active, x, y, False,
             )  # fmt: skip
-            self.state.ways[k, 4:end] = robot.way
+            self.state.ways[k, ROOM_IN_FRONT:end] = robot.way
 
     def _take_arrays(self) -> None:
         """Share who is due, and which doors are full."""
@@ -543,9 +549,9 @@ class Kept:
         """Give the book what burns now, in new arrays: old ones may be kept."""
         flames = self.run.world.flames
         for name in ("burning", "ash", "harm", "cost"):
-            self._flames[name] = getattr(self.state, name).reshape(flames.arrival.shape)
-            self._flames[name] = self._flames[name].copy()
-            setattr(flames, name, self._flames[name])
+            now = getattr(self.state, name).reshape(flames.arrival.shape).copy()
+            self._flames[name] = now
+            setattr(flames, name, now)
         flames.alight = frozenset(np.flatnonzero(self.state.burning).tolist())
         self.run._flames_change = float(self.state.clock["flames_change"][0])
         self.state.clock["flames_moved"] = 0

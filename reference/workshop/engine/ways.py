@@ -1,24 +1,26 @@
 """Where one may walk straight, and the shortest ways: mirrors `navigation`.
 
 N  the numbers;  W  what ways are found with;  p, q  places;  d  metres to a goal
+np.int64(x)  a variable, and what a function returns, have one type in all branches
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import ceil, inf, sqrt
 from math import floor as floor_of
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference.navigation import KEPT_WAYS, NEIGHBOURS, Navigation
+from reference.navigation import NEIGHBOURS, Navigation
+from reference.workshop.engine.keeping import kept_with
 from reference.workshop.engine.mirrors import compiled, mirrors
 
 FIELDS = 512  # ways to single places that are kept
 RING = 128  # queues of a search, in turn: more than the metres of the dearest step
 DEAREST = 80.0  # what a metre may cost for that
-FARTHEST = 1e300  # metres
+KEPT_SEARCHES = 64  # of strategies, which ask again within a decision only
 
 
 class Ways(NamedTuple):
@@ -27,7 +29,8 @@ class Ways(NamedTuple):
     steps: np.ndarray  # (places,) bits: to which of NEIGHBOURS may one step?
     slot: np.ndarray  # (places,) the field of ways to each place, or -1
     fields: np.ndarray  # (FIELDS, S) the next place to single places
-    used: np.ndarray  # (FIELDS + 1,) place that each field is of; the last: the oldest
+    used: np.ndarray  # (FIELDS,) the place that each field is of, or -1
+    oldest: np.ndarray  # (1,) the field that is used next
     goal: np.ndarray  # (1,) of a search to one place, on its floor
     d: np.ndarray  # (S,) found by a search
     after: np.ndarray  # (S,) found by a search: the next place
@@ -91,8 +94,8 @@ def next_place(N, W, p, goal):
     start = goal // size * size
     k = np.int64(W.slot[goal])
     if k < 0:
-        k = np.int64(W.used[-1])
-        W.used[-1] = (k + 1) % len(W.fields)
+        k = np.int64(W.oldest[0])
+        W.oldest[0] = (k + 1) % len(W.fields)
         if W.used[k] >= 0:
             W.slot[W.used[k]] = -1
         search_to(N, W, W.all_cost_1, goal, -1)
@@ -121,7 +124,10 @@ def search_to(N, W, cost, goal, stop):
     "navigation.Navigation._steps_of 9de8ad",
 )
 def search(W, steps, cols, goals, cost, stop, d):
-    """Metres from each place of a floor to the nearest goal; are prices usual ones?
+    """Find metres from each place of a floor to the nearest goal, quickly if possible.
+
+    False: some metre costs less than 1 or more than DEAREST. Then `note_next_places`
+    may miss the way: a step that costs nothing leads no nearer.
 
     Places are counted from the floor's first.
     cost: (S,) of places;  stop: a place, or -1: whoever asks only for its way, which is
@@ -165,6 +171,7 @@ def search(W, steps, cols, goals, cost, stop, d):
             if d[p] < metre:
                 continue  # it was in the queue of an earlier metre, too
             for k in range(8):
+                # no step: then q is p, whose way gets no shorter
                 q = p + offsets[k] if steps[p] >> k & 1 else p
                 step = 1.0 if k < 4 else diagonal
                 way = d[p] + step * max(cost[p], cost[q])
@@ -207,7 +214,7 @@ def note_next_places(W, steps, cols, cost, d, after):
     """
     size = len(steps)
     for p in range(size):
-        W.best[p] = FARTHEST
+        W.best[p] = inf
         after[p] = p
     offsets = (-cols - 1, -cols, 1 - cols, -1, 1, cols - 1, cols, cols + 1)
     bits = (6, 3, 7, 2, 0, 5, 1, 4)  # of these offsets among NEIGHBOURS
@@ -255,9 +262,7 @@ def search_floor(W, start, end, cols, goals, cost, d, after):
 
 def ways_of(nav: Navigation) -> Ways:
     """What ways are found with, begun once for a building."""
-    kept: Ways = vars(nav).get("_ways") or begin(nav)
-    vars(nav)["_ways"] = kept
-    return kept
+    return kept_with(nav, "ways", partial(begin, nav))
 
 
 def begin(nav: Navigation) -> Ways:
@@ -267,7 +272,8 @@ def begin(nav: Navigation) -> Ways:
         steps=_steps(nav),
         slot=np.full(nav.places, -1, np.int32),
         fields=np.zeros((FIELDS, size), np.int32),
-        used=np.append(np.full(FIELDS, -1), 0),
+        used=np.full(FIELDS, -1),
+        oldest=np.zeros(1, np.int64),
         goal=np.zeros(1, np.int64),
         d=np.zeros(size),
         after=np.zeros(size, np.int32),
@@ -299,7 +305,7 @@ def quick_ways(nav: Navigation) -> Iterator[None]:
     books = nav._search
     searched = getattr(books, "__wrapped__", None)
     if getattr(searched, "__func__", None) is Navigation._search_floor:
-        nav._search = _quick_search(nav)
+        nav._search = kept_with(nav, "search", partial(_quick_search, nav))
     try:
         yield
     finally:
@@ -308,14 +314,11 @@ def quick_ways(nav: Navigation) -> Iterator[None]:
 
 def _quick_search(nav: Navigation) -> Any:
     """`Navigation._search`, compiled, with a memory of its own."""
-    kept = vars(nav).get("_quick_search")
-    if kept is not None:
-        return kept
     W = ways_of(nav)
     size = nav.floor_size
     all_cost_1 = np.ones(size).tobytes()
 
-    @lru_cache(KEPT_WAYS)
+    @lru_cache(KEPT_SEARCHES)
     def search_of(
         floor: int, price: bytes | None, goals: tuple[int, ...]
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -330,5 +333,4 @@ def _quick_search(nav: Navigation) -> Any:
             return d, after
         return nav._search_floor(floor, price, goals)
 
-    vars(nav)["_quick_search"] = search_of
     return search_of
