@@ -13,7 +13,7 @@ pytest.importorskip("numba")
 import numba
 from equality import emergency, simulation, unlike
 
-from reference import fire, humans, motion, robots, walking
+from reference import fire, humans, motion, rays, robots, walking
 from reference import simulation as simulations
 from reference.simulation import Simulation
 from reference.view import View, look
@@ -77,28 +77,8 @@ def test_a_rule_leads_to_all_that_was_written_from_it() -> None:
 # -- Nothing is forgotten -----------------------------------------------------------
 
 
-ASKED = {
-    "simulation.Simulation.strategies_decide": "strategies, new fires",
-    "robots.actual_target": "asked at decisions",
-    "robots.said_on_the_way": "asked at decisions",
-    "navigation.navigation_of": "tables are made from it",
-    "navigation.Navigation.places_of": "in the tables",
-    "rays.Sight.landmarks": "in the tables",
-    "rays.Sight.in_line": "in the tables",
-    "rays.Sight.looked_at": "in the tables",
-    "rays.Sight.open": "in the tables",
-    "rays.Sight.seen": "in the tables",
-    "rays.Sight._rays": "in the tables",
-    "building.Landmark.width": "in the tables",
-    "building.Stairwell.lowest": "in the tables",
-    "paper.body_diameter": "a number, read when a run begins",
-    "paper.stairs_metres": "a number, read when a run begins",
-}
-"""What the engine asks the book itself, or has from it; and all below that."""
-
-
 def reached() -> set[str]:
-    """The functions of the book that ticks reach, but for those below ASKED."""
+    """The functions of the book that ticks reach, but for those below what it asks."""
     found = set()
     named: dict[Any, str] = {}
 
@@ -118,7 +98,7 @@ def reached() -> set[str]:
             return
         outer = frame.f_back
         while outer is not None and outer.f_code is not Simulation.step.__code__:
-            if name_of(outer) in ASKED:
+            if name_of(outer) in mirrors.ASKED:
                 return
             outer = outer.f_back
         found.add(name)
@@ -147,12 +127,12 @@ def test_every_rule_that_a_tick_reaches_has_a_mirror() -> None:
     """A new function of the book that a tick calls must be known to the engine."""
     names = reached()
     assert unknown(names) == []
-    assert all(map(mirrors.found, ASKED))
+    assert all(map(mirrors.found, mirrors.ASKED))
 
 
 def unknown(names: set[str]) -> list[str]:
     """What to do about functions of the book that the engine does not know."""
-    known = {one.book for one in mirrors.MIRRORS} | ASKED.keys()
+    known = {one.book for one in mirrors.MIRRORS} | mirrors.ASKED.keys()
     return [
         f"a tick calls {name}, which no function of the engine names: name it in "
         "`@mirrors` above the one that does its work, or in ASKED, with the reason"
@@ -204,6 +184,10 @@ def wrapped(rule: Any) -> Any:
     return other
 
 
+def own(*_: Any) -> Any:
+    """Somebody's own."""
+
+
 def plain(rule: Any) -> Any:
     """The other way round, as somebody writes it in a notebook: under the same name."""
     words = ", ".join(inspect.signature(rule).parameters)
@@ -219,7 +203,7 @@ CHANGES = [
     (humans, "stuck", plain(humans.stuck), "humans.stuck "),
     (simulations, "look", plain(look), "simulation.look, which simulation.Simulation"),
     (robots, "said_on_the_way", plain(robots.said_on_the_way), "robots.said_on_the"),
-    (robots, "actual_target", plain(robots.actual_target), "robots.actual_target, w"),
+    (robots, "actual_target", plain(robots.actual_target), "robots.actual_target is"),
     (robots, "lengths", plain(robots.lengths), "robots.lengths, which robots.speed_"),
     (robots, "lengths", partial(robots.lengths), "robots.lengths, which robots.speed_"),
     (humans, "stuck", partial(humans.stuck), "humans.stuck"),
@@ -227,6 +211,8 @@ CHANGES = [
     (humans, "go_to", humans.switch_mode, "humans.go_to is not the rule"),
     (humans.LEADER, "setoff", nobody_suits, "humans.LEADER, which humans.think reads"),
     (humans.stuck, "__code__", never_stuck.__code__, "humans.stuck is not the rule"),
+    (rays.Sight, "landmarks", own, "rays.Sight.landmarks is not the rule"),
+    (rays.Sight, "_fly_on", own, "rays.Sight._fly_on is not the rule"),
     (humans, "stuck", never_stuck, "humans.stuck"),
     (humans, "stuck", wrapped(humans.stuck), "humans.stuck"),
     (humans, "suitable_leader", nobody_suits, "humans.suitable_leader"),
@@ -303,10 +289,6 @@ def test_what_comes_of_another_rule_is_what_the_book_says(
     book.run()
     assert outcome_of(run) == book.outcome()
     assert unlike(book, run) == ""
-
-
-def own(*_: Any) -> Any:
-    """Somebody's own."""
 
 
 REPLACED = [

@@ -40,6 +40,31 @@ Link = tuple[Mapping[str, Any], str]  # a module's or an object's things, and on
 
 MIRRORS: list[Mirror] = []
 ENTRIES: list[Any] = []  # compiled functions that Python calls
+ASKED: dict[str, str] = {
+    "simulation.Simulation.strategies_decide": "strategies, new fires",
+    "robots.actual_target": "asked at decisions",
+    "robots.said_on_the_way": "asked at decisions",
+    "navigation.navigation_of": "tables are made from it",
+    "navigation.Navigation.places_of": "in the tables",
+    "rays.Sight.landmarks": "in the tables",
+    "rays.Sight.in_line": "in the tables",
+    "rays.Sight.looked_at": "in the tables",
+    "rays.Sight.open": "in the tables",
+    "rays.Sight.seen": "in the tables",
+    "rays.Sight._rays": "in the tables",
+    "rays.Sight._beyond": "in the tables",
+    "rays.Sight._fly_on": "in the tables",
+    "rays.Sight._hit": "in the tables",
+    "building.Landmark.width": "in the tables",
+    "building.Stairwell.lowest": "in the tables",
+    "paper.body_diameter": "a number, read when a run begins",
+    "paper.stairs_metres": "a number, read when a run begins",
+}
+"""What the engine asks the book itself, or has from it; and all below that.
+
+Its source may change, since it is read again; somebody's own in its place comes too
+late for tables that are made.
+"""
 
 
 def compiled(function: Callable[..., Any], entry: bool = False) -> Any:
@@ -219,20 +244,22 @@ def _hides_methods(thing: Any) -> bool:
 # -- What has changed ---------------------------------------------------------------
 
 
-def changed() -> list[Mirror]:
-    """The mirrors whose original is no longer what they were written from."""
-    return [one for one in MIRRORS if digest_of(found(one.book)) != one.digest]
+def changed() -> list[str]:
+    """Functions of the book that are not what the engine was written from, or asks."""
+    written = [one.book for one in MIRRORS if digest_of(found(one.book)) != one.digest]
+    asked = [name for name in ASKED if not digest_of(found(name))]
+    return list(dict.fromkeys(written + asked))
 
 
-def in_words(changed: list[Mirror]) -> list[str]:
-    """What has changed: rules, or what they read."""
+def in_words(changed: list[str]) -> list[str]:
+    """What has changed: functions, or what they read."""
     words: dict[str, str] = {}
-    for one in changed:
-        others = _others_read_by(found(one.book))
+    for book in changed:
+        others = _others_read_by(found(book))
         for name in others:
-            words.setdefault(name, f"{name}, which {one.book} reads,")
+            words.setdefault(name, f"{name}, which {book} reads,")
         if not others:
-            words[one.book] = one.book
+            words[book] = book
     return list(words.values())
 
 
@@ -256,7 +283,7 @@ def _others_read_by(rule: Any) -> list[str]:
 class Rules:
     """What the engine was written from, and all that it names, as objects.
 
-    changed  mirrors whose original is no longer what they were written from
+    changed  functions of the book that are not what the engine was written from
     """
 
     def __init__(self) -> None:
@@ -267,7 +294,7 @@ class Rules:
         """Find every rule where it stands now, and digest it."""
         links = list(_all_links())  # alive, all of them: so each has an id of its own
         self._links = list({(id(link[0]), link[1]): link for link in links}.values())
-        rules = [found(one.book) for one in MIRRORS]
+        rules = map(found, _names())
         self._rules = [rule for rule in rules if isinstance(rule, FunctionType)]
         self._things = self._now()
         self.changed = changed()
@@ -282,16 +309,21 @@ class Rules:
         return things + [rule.__code__ for rule in self._rules]
 
 
+def _names() -> list[str]:
+    """The functions of the book that the engine knows."""
+    return list(dict.fromkeys([*(one.book for one in MIRRORS), *ASKED]))
+
+
 def _all_links() -> Iterator[Link]:
     """Where the book's rules stand, and what they read."""
-    for one in MIRRORS:
-        yield from _links(one.book)
-        rule = found(one.book)
+    for name in _names():
+        yield from _links(name)
+        rule = found(name)
         if isinstance(rule, FunctionType):
             known = rule.__globals__
-            for name in _names_in(rule.__code__) & known.keys():
-                yield known, name
-                yield from _links_of(known[name])
+            for key in _names_in(rule.__code__) & known.keys():
+                yield known, key
+                yield from _links_of(known[key])
 
 
 def _links_of(thing: Any) -> Iterator[Link]:
