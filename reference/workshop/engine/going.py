@@ -11,6 +11,7 @@ from reference.robots import Destinations, actual_target, said_on_the_way
 from reference.simulation import Simulation
 from reference.workshop.engine import storing, ticks
 from reference.workshop.engine.keeping import kept_with
+from reference.workshop.engine.mirrors import written_from
 from reference.workshop.engine.state import EVENT, PAIR, RunArrays
 from reference.workshop.engine.ways import quick_ways
 
@@ -41,17 +42,20 @@ def arrays_of(run: Simulation) -> RunArrays:
     return kept_with(run, "arrays", partial(RunArrays, run))
 
 
+@written_from("robots.RobotAlgorithm.act 4dd1f5")
 def instruct(run: Simulation, mine: RunArrays, destinations: Destinations) -> None:
     """Tell robots where to go, as lines 4 and 5 of Algorithm 3 say."""
     occupancy = run.world.occupancy
     each = zip(run.world.robots, destinations, strict=True)
     for k, (robot, decision) in enumerate(each):
-        if decision is None or not any(occupancy[robot.floor :]):
+        active = any(occupancy[robot.floor :])  # Alg. 3:1
+        if not active or decision is None:  # Alg. 3:3
             continue
         target = actual_target(run.building, robot.floor, *decision)
-        robot.destination = np.array(target)
+        robot.destination = np.array(target)  # Alg. 3:4
         record = mine.state.robots[k]
-        record["says"] = said_on_the_way(run.building, robot.floor, target)
+        says = said_on_the_way(run.building, robot.floor, target)
+        record["says"] = says  # Alg. 3:5
         record["to_x"], record["to_y"] = target
         record["decided"] = True
 
