@@ -94,7 +94,7 @@ def _answers(kept: Any, method: Any) -> bool:
 
 def _searches_as_the_book(nav: Navigation) -> bool:
     """Are ways found by the book's search, or by the compiled one in its place?"""
-    if nav._search is vars(nav).get("_quick_search"):
+    if nav._search is vars(nav).get("_engine_search"):
         return True
     method = nav._search.__wrapped__ if hasattr(nav._search, "cache_info") else None
     return getattr(method, "__func__", None) is Navigation._search_floor
@@ -103,8 +103,7 @@ def _searches_as_the_book(nav: Navigation) -> bool:
 def _advance(run: Simulation, ticks: int) -> None:
     from reference.workshop.engine.going import advance
 
-    with ONE_AT_A_TIME:
-        advance(run, ticks)
+    advance(run, ticks)
 
 
 def make_ready() -> None:
@@ -124,7 +123,12 @@ def knows_all_rules() -> bool:
         if rules.changed:
             return False
         _make_ready()
-    return True
+        from reference.workshop.engine.state import odd_number
+
+        odd = odd_number()
+        if odd:
+            _say_once(f"paper.{odd} is odd: the book plays, {SLOWER}.")
+    return not odd
 
 
 @cache
@@ -164,6 +168,11 @@ def _say_what_changed(rules: "Rules") -> None:
             f"{some} {is_not} that the engine was compiled from: "
             f"the book plays, by your rule, {SLOWER}. {WHAT_TO_DO}"
         )
+
+
+@cache
+def _say_once(text: str) -> None:
+    _say(text)
 
 
 def _say(text: str) -> None:

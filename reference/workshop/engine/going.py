@@ -1,7 +1,9 @@
 """Between the book and compiled ticks: who plays what, and in which order."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
+from threading import RLock
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from reference.workshop.engine.mirrors import written_from
 from reference.workshop.engine.state import EVENT, PAIR, RunArrays
 from reference.workshop.engine.ways import quick_ways
 
+ONE_AT_A_TIME = RLock()  # threads share tables
 HUT = """building: Hut
 size: 4 x 3
 floor 1: ground
@@ -26,8 +29,10 @@ floor 1: ground
 def make_ready(say: Callable[[str], None]) -> None:
     """Compile what a tick needs, or load it from the disk."""
 
+    run = Simulation(building_of(HUT), Scenario(people=0))
+    arrays_of(run).take()  # what fails here is no fault of what is kept on disk
+
     def first_call() -> None:
-        run = Simulation(building_of(HUT), Scenario(people=0))
         advance(run, 0)
         with quick_ways(run.navigation):
             # a second call would else be answered without a search
@@ -39,7 +44,7 @@ def make_ready(say: Callable[[str], None]) -> None:
 
 def arrays_of(run: Simulation) -> RunArrays:
     """The arrays of a simulation, begun once."""
-    return kept_with(run, "arrays", partial(RunArrays, run))
+    return kept_with(run, "arrays", partial(RunArrays, run), lambda it: it.fits(run))
 
 
 @written_from("robots.RobotAlgorithm.act 4dd1f5")
@@ -60,8 +65,23 @@ def instruct(run: Simulation, mine: RunArrays, destinations: Destinations) -> No
         record["decided"] = True
 
 
+@contextmanager
+def others_may_play() -> Iterator[None]:
+    """Let other threads play meanwhile: a strategy may wait for them."""
+    ONE_AT_A_TIME.release()
+    try:
+        yield
+    finally:
+        ONE_AT_A_TIME.acquire()
+
+
 def advance(run: Simulation, count: int) -> None:
     """Run so many ticks, or to the end."""
+    with ONE_AT_A_TIME:
+        _advance(run, count)
+
+
+def _advance(run: Simulation, count: int) -> None:
     mine = arrays_of(run)
     mine.take()
     clock = mine.state.clock
@@ -75,7 +95,7 @@ def advance(run: Simulation, count: int) -> None:
             mine.tables.add_row(place, frozenset(marks[:holes]))
         elif why == ticks.STRATEGIES:
             mine.give()
-            with quick_ways(run.navigation):
+            with others_may_play(), quick_ways(run.navigation):
                 destinations = run.strategies_decide()
             mine.take()
             instruct(run, mine, destinations)

@@ -9,6 +9,8 @@ copied back when somebody asks for them.
 from collections import UserList
 from collections.abc import Sequence
 from copy import deepcopy
+from dataclasses import fields
+from math import isfinite
 from operator import itemgetter
 from sys import getrefcount
 from typing import Any, NamedTuple, cast
@@ -47,6 +49,7 @@ BODY = record_kind(
     stairs_until="f8", reckless_until="f8", anchor_x="f8", anchor_y="f8", goal_x="f8",
     goal_y="f8", target_x="f8", target_y="f8",
 )  # fmt: skip
+COLUMNS = tuple(part.name for part in fields(Bodies))
 POINTS = {"position": "x", "target": "target_x", "goal": "goal_x", "anchor": "anchor_x"}
 MIND = record_kind(
     mode="i8", leader="i8", seen_at="f8", seen_place="i8", told="i8", pause_until="f8",
@@ -150,6 +153,22 @@ WHOLE = {
 NAMES = (*OF_PAPER, *OF_RUN, *SIZES, *MEMORY)
 NUMBERS = record_kind(**{name: "i8" if name in WHOLE else "f8" for name in NAMES})
 from_paper = itemgetter(*OF_PAPER)
+MADE_FROM = ("STAIRS_SPEED", "FIRE_EVERY_DECISIONS")  # numbers of runs, further on
+DIVIDE = ("DOOR_FLOW", "STAIRS_FLOW", "STAIRS_SPEED", "BURN_COST", "HEAT_COST")
+"""Where 0 is an error in the book, or a way that costs nothing."""
+
+
+def odd_number() -> str:
+    """Name a number of `paper` that compiled code would take otherwise, or ""."""
+    for name in (*OF_PAPER, *MADE_FROM):
+        value: Any = getattr(paper, name, None)
+        counts = name in WHOLE or name == "FIRE_EVERY_DECISIONS"
+        usual = type(value) is int or (type(value) is float and not counts)
+        if not usual or not isfinite(value):
+            return name
+        if (name in DIVIDE and value <= 0) or (counts and value < 1):
+            return name
+    return ""
 
 
 class State(NamedTuple):
@@ -211,16 +230,38 @@ class Minds(UserList[Mind]):
     def __init__(self, arrays: "RunArrays"):
         """Make the list; the minds stay with the engine."""
         self.arrays = arrays
+        self.last: list[Mind] | None = None  # when the engine took others instead
+        arrays.lent = ref(self)
 
     @property
     def data(self) -> list[Mind]:  # type: ignore[override]
         """The minds as they are now; from now on, they are copied after every call."""
+        if self.last is not None:
+            return self.last
         self.arrays.asked_for_minds = True
         return self.arrays.minds_given()
 
+    def __getitem__(self, i: Any) -> Any:
+        """As of a list; a slice of minds is one."""
+        return self.data[i]
+
+    def __add__(self, other: Any) -> Any:
+        """As of a list."""
+        return self.data + list(other)
+
+    def __radd__(self, other: Any) -> Any:
+        """As of a list."""
+        return list(other) + self.data
+
+    def copy(self) -> Any:
+        """As of a list."""
+        return self.data.copy()
+
+    __copy__ = copy
+
     def __deepcopy__(self, memo: dict[int, Any]) -> Any:
         """Copy the arrays, not the objects."""
-        if not self.arrays.has_minds:
+        if self.last is not None or not self.arrays.has_minds:
             return deepcopy(self.data, memo)
         twin = self.arrays.copied(memo.get(id(self.arrays.run)))
         memo[id(self.arrays)] = twin
@@ -240,6 +281,7 @@ class RunArrays:
         self.tables: Tables = tables_of(run.sight)
         self.has_minds = False  # are they newer here than the book's?
         self.asked_for_minds = False  # by anybody, who may hold some
+        self.lent: ref[Minds] | None = None  # what stands in their place in the world
         self._minds: list[Mind] = []
         self._bodies: dict[str, np.ndarray] = {}
         self._held: dict[str, np.ndarray] = {}  # columns that somebody has from before
@@ -292,6 +334,12 @@ class RunArrays:
         """The simulation that these arrays are of."""
         return cast(Simulation, self._run())
 
+    def fits(self, run: Simulation) -> bool:
+        """Are these the arrays of this run, and of as many people and robots?"""
+        people = len(run.world.bodies) == len(self.state.bodies)
+        robots = len(run.world.robots) == len(self.state.robots)
+        return self.run is run and people and robots
+
     def __reduce_ex__(self, protocol: Any) -> Any:
         """Unpickle as None, which `kept_with` takes for not begun."""
         return type(None), ()
@@ -307,6 +355,7 @@ class RunArrays:
         if run is not None:
             twin._run = ref(run)
         twin._minds = []
+        twin.lent = None
         twin.asked_for_minds = False
         twin._bodies = {}
         twin._held = {}
@@ -390,7 +439,10 @@ class RunArrays:
         self._take_tables()
         self._read_numbers()
         self._take_bodies(world.bodies)
-        mine = isinstance(world.minds, Minds) and world.minds.arrays is self
+        lent = self.lent and self.lent()
+        mine = world.minds is lent
+        if not mine and lent:
+            lent.last = self.minds_given()  # no longer those of this world
         if not (mine and self.has_minds):
             self._take_minds(world.minds)
             self.has_minds = True
@@ -417,9 +469,16 @@ class RunArrays:
 
     def _take_bodies(self, bodies: Bodies) -> None:
         """Make the book's arrays columns of the records."""
+        theirs = {name: vars(bodies)[name] for name in COLUMNS}
+        others = [n for n, mine in self._bodies.items() if theirs[n] is not mine]
+        if others:  # whoever has the old ones keeps them as they are
+            self.state = self.state._replace(bodies=self.state.bodies.copy())
+            self._bodies = {}
+            for name in others:
+                self._held.pop(name, None)
         all_mine = self.state.bodies
-        holders = references(list(vars(bodies).values()))
-        for (name, now), count in zip(vars(bodies).items(), holders, strict=True):
+        holders = references(list(theirs.values()))
+        for (name, now), count in zip(theirs.items(), holders, strict=True):
             if now is self._bodies.get(name):
                 continue
             column = all_mine[POINTS.get(name, name)]
@@ -428,14 +487,15 @@ class RunArrays:
                 shape = (len(all_mine), 2)
                 column = np.lib.stride_tricks.as_strided(column, shape, strides)
             column[:] = now
-            if count > ONCE + 1:  # by more than `bodies` and the list above
+            if count > ONCE + 2:  # by more than `bodies`, `theirs` and their list
                 self._held[name] = now
             self._bodies[name] = column
             setattr(bodies, name, column)
 
     def _take_minds(self, minds: Sequence[Mind]) -> None:
         """Write minds into the records; at the start they remember nothing."""
-        if isinstance(minds, Minds) and self._take_copied(minds.arrays):
+        there = isinstance(minds, Minds) and minds.last is None
+        if there and self._take_copied(cast(Minds, minds).arrays):
             return
         self._minds = minds.data if isinstance(minds, Minds) else cast(list, minds)
         if max(references(self._minds), default=0) > ONCE:  # not by their list alone
@@ -457,6 +517,7 @@ class RunArrays:
     def _take_copied(self, other: "RunArrays") -> bool:
         """Take minds over from other arrays, if they are there and laid out alike."""
         alike = other.tables is self.tables and other._memory == self._memory
+        alike = alike and len(other.state.minds) == len(self.state.minds)
         if not (alike and other.has_minds):
             return False
         self.state.minds[:] = other.state.minds

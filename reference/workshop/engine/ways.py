@@ -304,8 +304,10 @@ def quick_ways(nav: Navigation) -> Iterator[None]:
     """
     books = nav._search
     searched = getattr(books, "__wrapped__", None)
-    if getattr(searched, "__func__", None) is Navigation._search_floor:
-        nav._search = kept_with(nav, "search", partial(_quick_search, nav))
+    if getattr(searched, "__func__", None) is not Navigation._search_floor:
+        yield
+        return
+    nav._search = kept_with(nav, "search", partial(_quick_search, nav))
     try:
         yield
     finally:
