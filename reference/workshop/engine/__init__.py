@@ -94,10 +94,11 @@ def _answers(kept: Any, method: Any) -> bool:
 
 def _searches_as_the_book(nav: Navigation) -> bool:
     """Are ways found by the book's search, or by the compiled one in its place?"""
-    if nav._search is vars(nav).get("_quick_search"):
-        return True
-    method = nav._search.__wrapped__ if hasattr(nav._search, "cache_info") else None
-    return getattr(method, "__func__", None) is Navigation._search_floor
+    if not hasattr(nav._search, "cache_info"):
+        return False
+    searched: Any = nav._search.__wrapped__
+    is_books = getattr(searched, "__func__", None) is Navigation._search_floor
+    return is_books or getattr(searched, "__module__", "") == f"{__name__}.ways"
 
 
 def _advance(run: Simulation, ticks: int) -> None:
