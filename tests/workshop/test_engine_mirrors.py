@@ -300,6 +300,7 @@ REPLACED = [
     ("navigation._search_floor", own),
     ("navigation._search", own),
     ("navigation._search", cache(own)),
+    ("navigation._search", cache(partial(own))),
     ("sight.seen", own),
     ("sight.seen", cache(own)),
     ("sight.seen", cache(partial(own))),

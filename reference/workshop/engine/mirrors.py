@@ -36,7 +36,7 @@ class Mirror(NamedTuple):
     digest: str
 
 
-Link = tuple[Mapping[str, Any], str]  # a module's or an object's things, and one's name
+Link = tuple[Mapping[str, Any], str]  # what stands in a module or an object; a name
 
 MIRRORS: list[Mirror] = []
 ENTRIES: list[Any] = []  # compiled functions that Python calls
@@ -62,8 +62,8 @@ ASKED: dict[str, str] = {
 }
 """What the engine asks the book itself, or has from it; and all below that.
 
-Its source may change, since it is read again; somebody's own in its place comes too
-late for tables that are made.
+Its source may change, since the engine asks it; but somebody's own in its place comes
+too late for tables that are made, so the book plays.
 """
 
 
