@@ -15,7 +15,12 @@ from typing import Any
 import numpy as np
 
 from reference.building import Building
-from reference.game.observations import from_normalised, grid_shape, vector_layout
+from reference.game.observations import (
+    from_normalised,
+    grid,
+    grid_shape,
+    vector_layout,
+)
 from reference.paper import Scenario
 from reference.world import World
 
@@ -43,6 +48,7 @@ class Sizes:
     continuous: int  # Gaussian components
     branches: tuple[int, ...] = ()  # options of each discrete branch
     head: Callable[[int], Any] | None = None  # given H, another than the paper's
+    encoder: Callable[[int], Any] | None = None  # likewise
 
 
 class PolicyCodec:
@@ -73,6 +79,10 @@ class PolicyCodec:
         if self.side == "fire":
             return self.layout.scaled(vectors)
         return vectors
+
+    def grids(self, moments: Sequence[Moment]) -> np.ndarray:
+        """(S, channels, height, width) uint8, the grids of all agents [C4]."""
+        return np.stack([grid(moment.world) for moment in moments])
 
     def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
         """Decisions (S, G, A) of a network's actions (S, G, K).

@@ -10,6 +10,7 @@ image that a group's agents share is encoded once [E3, chosen].
 
 from collections.abc import Sequence
 from math import sqrt
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -111,6 +112,13 @@ class Encoder(nn.Module):
         return torch.cat([vectors, image], dim=-1)
 
 
+def encoder_of(sizes: Sizes, settings: TrainerSettings) -> Any:
+    """The paper's encoder, unless the sizes name another."""
+    if sizes.encoder is None:
+        return Encoder(sizes, settings)
+    return sizes.encoder(settings.hidden_units)
+
+
 def linear(size: int, out: int, deviation: float) -> nn.Linear:
     """A layer of normal weights and zero biases [E3, torch/layers.py]."""
     layer = nn.Linear(size, out)
@@ -140,7 +148,7 @@ class Body(nn.Module):
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
-        self.encoder = Encoder(sizes, settings)
+        self.encoder = encoder_of(sizes, settings)
         self.layers = layers(
             self.encoder.size, settings.hidden_units, settings.num_layers
         )

@@ -21,8 +21,8 @@ from reference.learning import ppo
 from reference.learning.experience import Decisions, Trajectory
 from reference.learning.networks import (
     REFUSED,
-    Encoder,
     Sizes,
+    encoder_of,
     layers,
     linear,
     value_head,
@@ -142,7 +142,7 @@ class GroupCritic(nn.Module):
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
         hidden = settings.hidden_units
-        self.encoder = Encoder(sizes, settings)
+        self.encoder = encoder_of(sizes, settings)
         gain = sqrt(0.125 / hidden)
         without_action = self.encoder.size
         with_action = without_action + sizes.continuous

@@ -19,7 +19,7 @@ from reference.game.environment import (
     Observations,
     until_next_decision,
 )
-from reference.game.observations import grid, robots_at_work
+from reference.game.observations import robots_at_work
 from reference.learning.experience import RECORDED, Record, Trajectory
 from reference.learning.players import LearnedNetwork, Player
 from reference.learning.settings import SIDES, Side
@@ -209,10 +209,11 @@ class _RunningEpisode:
         records = self.records.get(side)
         if not records:
             return None
-        (seen,) = self.players[side].codec.read([self.moment(side)])
+        codec = self.players[side].codec
+        last = [self.moment(side)]
         columns = {name: [row[name] for row in records] for name in RECORDED}
-        columns["vectors"].append(seen)
-        columns["grids"].append(grid(self.simulation.world))
+        columns["vectors"].extend(codec.read(last))
+        columns["grids"].extend(codec.grids(last))
         columns["alive"].append(columns["alive"][-1] & self._cut_off(side))
         arrays = {name: np.stack(rows) for name, rows in columns.items()}
         return Trajectory(**arrays, rewards=np.array(self.rewards[side]))

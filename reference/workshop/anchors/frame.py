@@ -69,6 +69,7 @@ class RobotView:
     outs, feet, rims  (B, k, 2) metres,
            ways out and feet of stairs, nearest first, and where to guard, in the map's
            order, so that each keeps its number; nan for none
+    points   (B, K, 2) metres, the anchors', nan for none
     anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
     """
 
@@ -103,10 +104,10 @@ class RobotView:
     def _sort_people(self) -> None:
         """Sort people: lost ones, mine, my mates', others; the nearest first [C4]."""
         place = self.map.places(self.humans)
-        inside = _there(self.humans)
+        inside = there(self.humans)
         walking = inside & ~self.map.stairs[place]
         robots = self.map.places(self.robots)
-        guide = guess_guides(self.map.nav, robots, _there(self.robots), place, walking)
+        guide = guess_guides(self.map.nav, robots, there(self.robots), place, walking)
         here = walking & (self.humans[..., 2].round() == self.floor[:, None])
         self.alone = walking & (guide == NOBODY)
         self.lost = here & self.alone
@@ -122,7 +123,7 @@ class RobotView:
         first = self.order[:, :NEAREST_PEOPLE]
         people = np.take_along_axis(self.humans[..., :2], first[..., None], axis=1)
         people[~np.take_along_axis(self.lost, first, axis=1)] = np.nan
-        anchors = np.concatenate(
+        self.points = np.concatenate(
             [
                 self.spot[:, None],  # KEEP
                 self.me[:, None],  # STAY
@@ -133,9 +134,10 @@ class RobotView:
             ],
             axis=1,
         )
-        self.anchors: np.ndarray = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
-        self.way = self._way_to(anchors)
-        self.allowed = ~np.isnan(anchors[..., 0])
+        off = self.points - self.me[:, None]
+        self.anchors: np.ndarray = np.nan_to_num(off / UNIT)
+        self.way = self._way_to(self.points)
+        self.allowed = ~np.isnan(self.points[..., 0])
         if self.masks:
             self.allowed &= self.helpful()
         self.allowed[:, WAIT] = True  # a mixture of nothing has no logarithm
@@ -174,8 +176,8 @@ class RobotView:
             self.anchors,
             self.allowed,
             np.take_along_axis(people, self.order[..., None], axis=1),
-            self._points(mates, _there(mates)),
-            self._points(self.fires, _there(self.fires)),
+            self._points(mates, there(mates)),
+            self._points(self.fires, there(self.fires)),
             nearness(self.way),
             self.way / UNIT,
             (self.humans[..., 2:].round() == floors).sum(axis=1) / UNIT,
@@ -197,7 +199,7 @@ class RobotView:
         up = points[..., 2:] - self.floor[:, None, None]
         close = nearness(self._way(self.map.places(points)))
         parts = [off, up, close[..., None], flag[..., None]]
-        return np.concatenate(parts, axis=-1) * _there(points)[..., None]
+        return np.concatenate(parts, axis=-1) * there(points)[..., None]
 
     def _way(self, place: np.ndarray) -> np.ndarray:
         """Metres on foot to places (B, m)."""
@@ -220,7 +222,7 @@ def nearness(way: np.ndarray) -> np.ndarray:
     return np.where(way < FAR, 1 / (1 + way / HALFWAY), 0)
 
 
-def _there(points: np.ndarray) -> np.ndarray:
+def there(points: np.ndarray) -> np.ndarray:
     """(...) bool: which points (..., 3) are not `ABSENT_POINT`?"""
     return np.asarray(points[..., 2] > -0.5)
 

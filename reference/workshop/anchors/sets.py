@@ -1,0 +1,484 @@
+"""What robots read as sets: anchors, people, mates and fires, in any order and number.
+
+[C5, chosen] Every element of a set has the same numbers, whatever the building: where
+it is from the robot, how far on foot, and what is there. The grid is read as a crop
+around the robot. All of it is computed from the observations [C1] [C3], the map, and
+where robots are headed; numbers are scaled by hand to be of order one.
+
+    S   worlds;  G  robots of each;  B  robots of all worlds, S x G;  M  mates, G - 1
+    K   anchors;  m  marks, the anchors that the map knows;  n  people
+    F   cells that burn on a robot's floor;  p  place
+    way, near, lost  as in `frame`
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from reference import paper
+from reference.building import Building, Kind, lengths
+from reference.game.codec import PolicyCodec
+from reference.game.observations import GRID_KINDS
+from reference.navigation import navigation_of
+from reference.workshop.anchors.frame import (
+    KEEP,
+    UNIT,
+    WAIT,
+    RobotView,
+    nearness,
+    there,
+)
+from reference.workshop.strategies.guides import GROUP_RADIUS, SOON
+from reference.workshop.strategies.observed import (
+    FAR,
+    decisions_to_next_fire,
+    kept,
+    lightable,
+    metres_between,
+    nearest_places,
+    stairs_that_end,
+)
+from reference.workshop.strategies.traffic import (
+    places_walked,
+    stairwell_feet,
+    ways_outside,
+)
+
+CROP = 21  # [C3, chosen] cells along a side of what a robot reads of the grid
+CROP_SHAPE = (len(GRID_KINDS), CROP, CROP)
+RIMS_NUMBERED = 4  # [C5, chosen] rims of a floor that are told apart by their number
+SLACK = 1.0  # [C5, chosen] metres of detour at which flames are half on the way
+# what counts as one, in the numbers that a network reads
+CREW = 2.0  # robots
+GROUP = 5.0  # people
+WIDE = 4.0  # cells of a way out
+BLAZE = 10.0  # burning cells; so many are half of very many
+
+
+class SetShapes(NamedTuple):
+    """(elements, numbers of each) of what a robot reads, in this order.
+
+    The numbers of an element do not depend on the building. The last number of each
+    is 1 for elements that are there. Before them stand x and y of each anchor and 1
+    for each that may be chosen; after them `counts` further numbers.
+    """
+
+    anchors: tuple[int, int]
+    people: tuple[int, int]
+    mates: tuple[int, int]
+    fires: tuple[int, int]
+    counts: int
+
+
+# -- What is known of ways out ------------------------------------------------------
+
+
+class KnownWays:
+    """What robots know of ways out, feet of stairs and rims, in the map's order.
+
+    outside  (places,) metres from there to the outside, with stairs and lower floors
+    wells    (floors, k) index of a way out's stairwell, -1 for exits
+    width    (floors, k) cells of a way out
+    leads    (floors, k) metres from a way out to the outside
+    burns    (places, floors, k) float32, 1 for a place on the way from there
+    near     (places, floors, k) float32, 1 on that way, 0 from SOON metres on foot
+    feet     (floors, k) index of a foot's stairwell
+    rim_width, rim_wells  (floors, k) of the way out, or in, that a rim guards
+    well_of  (places,) index of the stairwell, -1 elsewhere
+    """
+
+    def __init__(self, building: Building):
+        self.building = building
+        floors = range(building.floors)
+        by_mark = ways_outside(building, None)
+        self.outside = np.minimum(by_mark.min(axis=0), FAR * building.floors)
+
+        # ways out, as `way_marks` lists them
+        ways = [list(_ways_out(building, floor)) for floor in floors]
+        self.wells = _padded([[well for well, _ in here] for here in ways], -1)
+        self.width = _padded([[self._width(m) for _, m in here] for here in ways])
+        chains = [[self._chain(by_mark, m[0]) for _, m in here] for here in ways]
+        self.leads = _padded(
+            [[self._leads(by_mark, *marks) for marks in here] for here in ways]
+        )
+        shape = navigation_of(building).places, *self.wells.shape
+        self.burns = np.zeros(shape, dtype=np.float32)
+        self.near = np.zeros(shape, dtype=np.float32)
+        for floor, here in enumerate(chains):
+            for k, chain in enumerate(here):
+                self.burns[chain, floor, k] = 1
+                self.near[:, floor, k] = self._near(chain)
+
+        # feet of stairs and rims
+        self.feet = _padded([stairs_that_end(building, floor) for floor in floors], -1)
+        rims = [self._guarded(floor) for floor in floors]
+        landmarks = building.landmarks
+        self.rim_width = _padded([[self._width([m]) for m in here] for here in rims])
+        self.rim_wells = _padded(
+            [[landmarks[m].stairwell for m in here] for here in rims], -1
+        )
+
+        self.well_of = np.full(building.kind.size, -1)
+        areas = building.area.ravel()
+        for k, well in enumerate(building.stairwells):
+            self.well_of[np.isin(areas, list(well.areas.values()))] = k
+
+    def _width(self, marks: Sequence[int]) -> int:
+        return sum(self.building.landmarks[mark].width for mark in marks)
+
+    def _leads(self, by_mark: np.ndarray, well: int, marks: Sequence[int]) -> float:
+        """Metres to the outside from a way out of these landmarks."""
+        goals = navigation_of(self.building).goals
+        return min(float(by_mark[mark, goals[mark][0]]) for mark in marks)
+
+    def _chain(self, by_mark: np.ndarray, mark: int) -> list[int]:
+        """List the places on the cheapest way from a way out to the outside."""
+        nav = navigation_of(self.building)
+        feet = stairwell_feet(self.building)
+        landmarks = self.building.landmarks
+        chain = nav.goals[mark].tolist()
+        while landmarks[mark].stairwell >= 0:
+            foot = int(feet[landmarks[mark].stairwell])
+            mark = int(by_mark[:, foot].argmin())
+            chain += [foot, *places_walked(nav, foot, mark)]
+        return chain
+
+    def _near(self, chain: list[int]) -> np.ndarray:
+        """(places,) 1 on a chain of places, 0 from SOON metres on foot."""
+        nav = navigation_of(self.building)
+        close = np.zeros(nav.places)
+        floors = np.array(chain) // nav.floor_size
+        for floor in np.unique(floors).tolist():
+            d = nav.distances(np.array(chain)[floors == floor].tolist())
+            close = np.maximum(close, 1 - np.minimum(d / SOON, 1))
+        return close
+
+    def _guarded(self, floor: int) -> list[int]:
+        """List the landmarks that a floor's rims guard, as `guard_points` does."""
+        building = self.building
+        marks = [mark for mark in building.landmarks if mark.floor == floor]
+        ways = [mark.index for mark in marks if mark.kind is not Kind.DOOR]
+        among = lightable(building)
+        return [way for way in ways if nearest_places(building, [way], among)]
+
+
+@kept(8)
+def known_ways_of(building: Building) -> KnownWays:
+    """What robots know of a building's ways out, computed once."""
+    return KnownWays(building)
+
+
+def _ways_out(building: Building, floor: int) -> Iterator[tuple[int, list[int]]]:
+    """Yield a floor's ways out: stairwell or -1, and landmarks; as `way_marks` does."""
+    for k, well in enumerate(building.stairwells):
+        if well.leads_down(floor):
+            yield k, list(well.entrances[floor])
+    for mark in building.landmarks:
+        if mark.kind is Kind.EXIT and mark.floor == floor:
+            yield -1, [mark.index]
+
+
+def _padded(rows: Sequence[Sequence[float]], filler: float = 0) -> np.ndarray:
+    """(floors, most) of what is on each floor; the filler where there is less."""
+    most = max(map(len, rows))
+    return np.array([[*row, *[filler] * (most - len(row))] for row in rows])
+
+
+# -- What a robot reads -------------------------------------------------------------
+
+
+class SetView(RobotView):
+    """What robots observe, as sets; anchors of the map stand in the map's order.
+
+    world  (B,) of each robot;  mates  (B, M, 3) where they are
+    places, human_places, mate_places  of anchors, people and mates
+    """
+
+    def __init__(
+        self,
+        codec: PolicyCodec,
+        vectors: np.ndarray,
+        headed: np.ndarray,
+        masks: bool,
+        burning: np.ndarray,
+    ):
+        """vectors (B, V), headed (B, 2): of all robots of all worlds; burning (S, p).
+
+        masks: as `RobotView`
+        """
+        super().__init__(codec, vectors, headed, masks)
+        self.ways = known_ways_of(codec.building)
+        self.burning = burning
+        self.world = np.repeat(np.arange(len(burning)), len(vectors) // len(burning))
+        self.places = self.map.places(np.nan_to_num(self.points), self.floor[:, None])
+        self.human_places = self.map.places(self.humans)
+        walks = there(self.humans) & ~self.map.stairs[self.human_places]
+        self.here = walks & (self.humans[..., 2] == self.floor[:, None])
+        self._find_mates()
+
+    def _nearest_first(self, marks: np.ndarray) -> np.ndarray:
+        """In the map's order instead: a set has none, and the map knows their ways."""
+        return marks[self.floor]
+
+    def _find_mates(self) -> None:
+        """Find where the robots of the same world are, and where they are headed."""
+        S = len(self.burning)
+        own = self.robots[:, 0].reshape(S, -1, 3)
+        spots = self.spot.reshape(S, -1, 2)
+        G = own.shape[1]
+        others = np.array([[j for j in range(G) if j != g] for g in range(G)], int)
+        self.mates = own[:, others].reshape(S * G, G - 1, 3)
+        self.mate_spots = spots[:, others].reshape(S * G, G - 1, 2)
+        if G == 1:  # a set has at least one element, there or not
+            self.mates = np.full((S, 1, 3), paper.ABSENT_POINT)
+            self.mate_spots = np.full((S, 1, 2), np.nan)
+        self.mate_places = self.map.places(self.mates)
+        beside = self.mates[..., 2].round() == self.floor[:, None]
+        self.beside = there(self.mates) & beside
+
+    def shapes(self) -> SetShapes:
+        """Count what `numbers` returns."""
+        sets = [part.shape[1:] for part in self._sets()]
+        return SetShapes(*sets, counts=self._counts().shape[1])
+
+    def numbers(self) -> np.ndarray:
+        """(B, V) float32, see `SetShapes`."""
+        parts = [self.anchors, self.allowed, *self._sets(), self._counts()]
+        rows = [part.reshape(len(part), -1) for part in parts]
+        return np.concatenate(rows, axis=1, dtype=np.float32)
+
+    def _sets(self) -> list[np.ndarray]:
+        return [self._anchors(), self._people(), self._mates(), self._fires()]
+
+    # -- Anchors --------------------------------------------------------------------
+
+    def _anchors(self) -> np.ndarray:
+        """(B, K, numbers) what each anchor is, how far, and what is there."""
+        B, K = self.allowed.shape
+        marks = self._marks()
+        m = marks.shape[1]
+        first = WAIT + 1
+        of_map = np.zeros((B, K, marks.shape[2]))
+        of_map[:, first : first + m] = marks
+        of_map[:, KEEP] = self._mark_at_spot(marks)
+        kinds = np.zeros((B, K, 3))
+        kinds[:, KEEP, 0] = 1
+        kinds[:, WAIT, 1] = 1
+        kinds[:, first + m :, 2] = 1  # people
+
+        there_ = ~np.isnan(self.points[..., 0])
+        on_way, near = self._flames()
+        headed, mate_near, mate_first = self._mates_at_anchors()
+        columns = [
+            self.way / UNIT,
+            nearness(self.way),
+            self.ways.outside[self.places] / UNIT,
+            on_way,
+            near,
+            self._sources(),
+            self._count_near(self.lost) / GROUP,
+            self._count_near(self.here & ~self.alone) / GROUP,
+            headed / CREW,
+            mate_near,
+            mate_first,
+            self._at(self.spot[:, None]),
+            self.allowed,
+            there_,
+        ]
+        rest = np.stack(columns, axis=-1, dtype=float)
+        parts = [kinds, of_map, self.anchors, rest]
+        return np.concatenate(parts, axis=-1) * there_[..., None]
+
+    def _marks(self) -> np.ndarray:
+        """(B, m, numbers) what the map and the flames tell of its anchors."""
+        ways = self.ways
+        f = self.floor
+        wells, feet, rims = ways.wells[f], ways.feet[f], ways.rim_wells[f]
+        k = [wells.shape[1], feet.shape[1], rims.shape[1]]
+        ends = np.cumsum(k)
+        marks = np.zeros((len(f), ends[-1], 10 + RIMS_NUMBERED))
+        outs, of_feet, of_rims = np.split(marks, ends[:-1], axis=1)
+
+        # ways out
+        outs[..., 0] = wells < 0  # an exit
+        outs[..., 1] = wells >= 0  # stairs
+        outs[..., 4] = ways.width[f] / WIDE
+        outs[..., 5] = ways.leads[f] / UNIT
+        outs[..., 6] = self._burn_on(ways.burns)
+        outs[..., 7] = self._burn_on(ways.near)
+
+        # feet of stairs
+        of_feet[..., 1] = 1
+        of_feet[..., 2] = 1
+        on_stairs = np.where(there(self.humans), ways.well_of[self.human_places], -1)
+        coming = on_stairs[:, None] == feet[..., None]
+        of_feet[..., 8] = coming.sum(axis=-1) * (feet >= 0) / GROUP
+
+        # rims
+        of_rims[..., 0] = rims < 0
+        of_rims[..., 1] = rims >= 0
+        of_rims[..., 3] = 1
+        of_rims[..., 4] = ways.rim_width[f] / WIDE
+        of_rims[..., 9] = np.arange(k[2]) / RIMS_NUMBERED
+        some = min(k[2], RIMS_NUMBERED)
+        of_rims[:, :some, 10 : 10 + some] = np.eye(some)
+        return marks
+
+    def _burn_on(self, ways: np.ndarray) -> np.ndarray:
+        """(B, k) how much burns on or near the ways on from my floor's ways out."""
+        places, floors, k = ways.shape
+        counts = self.burning.astype(np.float32) @ ways.reshape(places, -1)
+        mine = counts.reshape(-1, floors, k)[self.world, self.floor]
+        return mine / (mine + BLAZE)
+
+    def _mark_at_spot(self, marks: np.ndarray) -> np.ndarray:
+        """(B, numbers) of the mark where a robot is headed; zeros if it is none."""
+        first = WAIT + 1
+        off = self.points[:, first : first + marks.shape[1]] - self.spot[:, None]
+        metres = np.nan_to_num(lengths(off), nan=np.inf)
+        found = np.take_along_axis(marks, metres.argmin(axis=1)[:, None, None], axis=1)
+        at = metres.min(axis=1) <= paper.AT_EXIT_METRES
+        return found[:, 0] * at[:, None]
+
+    def _flames(self) -> tuple[np.ndarray, np.ndarray]:
+        """(B, K) each: how much flames are on my way to an anchor, and near it."""
+        p, burns = self._burning_here()
+        if not p.shape[1]:
+            return np.zeros(self.way.shape), np.zeros(self.way.shape)
+        nav = self.map.nav
+        from_me = np.where(burns, metres_between(nav, self.place[:, None], p), np.inf)
+        to_anchor = metres_between(nav, self.places[..., None], p[:, None])
+        by_flames = (from_me[:, None] + to_anchor).min(axis=-1)
+        slack = np.maximum(by_flames - self.way, 0)
+        near = np.where(burns[:, None], to_anchor, np.inf).min(axis=-1)
+        return SLACK / (SLACK + slack), nearness(near)
+
+    def _burning_here(self) -> tuple[np.ndarray, np.ndarray]:
+        """(B, F) places that burn on my floor, and which of them are meant."""
+        size = self.map.nav.floor_size
+        floors = self.burning.reshape(len(self.burning), -1, size)
+        row, cell = np.nonzero(floors[self.world, self.floor])
+        counts = np.bincount(row, minlength=len(self.floor))
+        number = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+        shape = len(counts), int(counts.max(initial=0))
+        places = np.repeat(self.floor[:, None] * size, shape[1], axis=1)
+        places[row, number] += cell
+        return places, np.arange(shape[1]) < counts[:, None]
+
+    def _sources(self) -> np.ndarray:
+        """(B, K) nearness of the nearest source lit so far on my floor."""
+        mine = self.fires[..., 2] == self.floor[:, None]
+        metres = self._metres_to_anchors(self.fires, mine)
+        return nearness(metres.min(axis=-1, initial=FAR))
+
+    def _count_near(self, which: np.ndarray) -> np.ndarray:
+        """(B, K) how many of which people are in a group at an anchor."""
+        metres = self._metres_to_anchors(self.humans, which)
+        return (metres < GROUP_RADIUS).sum(axis=-1)
+
+    def _at(self, spots: np.ndarray) -> np.ndarray:
+        """(B, K) how many of these spots (B, k, 2) are at an anchor."""
+        metres = self._metres_to_anchors(spots, ~np.isnan(spots[..., 0]))
+        return (metres <= paper.AT_EXIT_METRES).sum(axis=-1)
+
+    def _metres_to_anchors(self, points: np.ndarray, which: np.ndarray) -> np.ndarray:
+        """(B, K, k) metres from anchors to which of the points (B, k, 2 or 3)."""
+        x = self.points[..., :1] - points[:, None, :, 0]
+        y = self.points[..., 1:] - points[:, None, :, 1]
+        metres = np.nan_to_num(np.sqrt(x * x + y * y), nan=FAR)
+        return np.where(which[:, None], metres, FAR)
+
+    def _mates_at_anchors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(B, K) each: mates headed there, nearness of the nearest, is it before me?"""
+        spots = np.where(self.beside[..., None], self.mate_spots, np.nan)
+        nav = self.map.nav
+        way = metres_between(nav, self.places[..., None], self.mate_places[:, None])
+        way = np.where(self.beside[:, None], way, np.inf).min(axis=-1)
+        return self._at(spots), nearness(way), way < self.way
+
+    # -- People, mates, fires -------------------------------------------------------
+
+    def _people(self) -> np.ndarray:
+        """(B, n, numbers): point, led by nobody, by me, on stairs, metres outside."""
+        inside = there(self.humans)
+        columns = [
+            self.mine,
+            self.map.stairs[self.human_places],
+            self.ways.outside[self.human_places] / UNIT,
+            inside,
+        ]
+        rest = np.stack(columns, axis=-1, dtype=float) * inside[..., None]
+        return np.concatenate([self._points(self.humans, self.alone), rest], axis=-1)
+
+    def _mates(self) -> np.ndarray:
+        """(B, M, numbers): point, where it is headed from me, whether it is."""
+        goes = ~np.isnan(self.mate_spots[..., :1])
+        off = np.nan_to_num((self.mate_spots - self.me[:, None]) / UNIT)
+        present = there(self.mates)[..., None]
+        point = self._points(self.mates, self.beside)
+        return np.concatenate([point, off * present, goes * present, present], axis=-1)
+
+    def _fires(self) -> np.ndarray:
+        """(B, F, numbers): point of a source, whether it burns still."""
+        lit = there(self.fires)
+        burns = self.burning[self.world[:, None], self.map.places(self.fires)] & lit
+        return np.concatenate([self._points(self.fires, burns), lit[..., None]], -1)
+
+    # -- Counts ---------------------------------------------------------------------
+
+    def _counts(self) -> np.ndarray:
+        """(B, numbers) how many there are, the time, and what I am about."""
+        scenario = self.scenario
+        time = self.seen["time"][:, 0, 0]
+        step = scenario.decision_seconds
+        inside = there(self.humans)
+        up = self.humans[..., 2] - self.floor[:, None]
+        sources = self.fires[..., 2] - self.floor[:, None]
+        lit = there(self.fires)
+        floors = self.burning.reshape(len(self.burning), -1, self.map.nav.floor_size)
+        burning = floors.sum(axis=-1)
+        here = burning[self.world, self.floor]
+        elsewhere = burning.sum(axis=-1)[self.world] - here
+        columns = [
+            self.lost.sum(axis=1) / GROUP,
+            self.mine.sum(axis=1) / GROUP,
+            self.here.sum(axis=1) / UNIT,
+            (inside & (up > 0)).sum(axis=1) / UNIT,
+            (inside & (up < 0)).sum(axis=1) / UNIT,
+            self.beside.sum(axis=1) / CREW,
+            lit.sum(axis=1) / GROUP,
+            (lit & (sources == 0)).sum(axis=1) / GROUP,
+            here / (here + BLAZE),
+            elsewhere / (elsewhere + BLAZE),
+            self.floor,
+            self.floor == 0,
+            self.ways.outside[self.place] / UNIT,
+            time / paper.health_seconds(),
+            decisions_to_next_fire(time, step) / paper.FIRE_EVERY_DECISIONS,
+            ~np.isnan(self.spot[:, 0]),
+            self.to_way_out(),
+        ]
+        return np.stack(columns, axis=-1, dtype=float)
+
+
+# -- The grid around a robot --------------------------------------------------------
+
+
+def crops(grid: np.ndarray, building: Building, points: np.ndarray) -> np.ndarray:
+    """Cut the own floor's cells around each robot out of the grid [C3].
+
+    grid (channels, height, width); points (G, 3), robots. Returns (3 G, CROP, CROP),
+    walls, fires and ways out of the first robot, then of the next; 0 beyond the edges.
+    """
+    _, height, width = grid.shape
+    floors = grid.reshape(len(GRID_KINDS), -1, height, width)
+    wide = np.pad(floors, ((0, 0), (0, 0), *[(CROP // 2,) * 2] * 2))
+    windows = sliding_window_view(wide, (CROP, CROP), axis=(2, 3))
+    left, _, _, top = building.body
+    row = np.floor(top - points[:, 1]).astype(int).clip(0, height - 1)
+    col = np.floor(points[:, 0] - left).astype(int).clip(0, width - 1)
+    floor = points[:, 2].round().astype(int).clip(0)
+    around = windows[:, floor, row, col]  # (3, G, CROP, CROP)
+    return around.swapaxes(0, 1).reshape(-1, CROP, CROP)
