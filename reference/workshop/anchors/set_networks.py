@@ -13,6 +13,7 @@ from math import sqrt
 
 import torch
 from torch import Tensor, nn
+from torch.nn import functional
 
 from reference.game.codec import AXES
 from reference.learning.networks import BRANCH_GAIN, REFUSED, GridEncoder, linear
@@ -43,12 +44,11 @@ class Numbers:
 
 
 class PooledSet(nn.Module):
-    """Pass each element through one network; pool those that are there."""
+    """Pass each element through one layer; pool those that are there."""
 
     def __init__(self, numbers: int, width: int):
         super().__init__()
-        self.first = linear(numbers, width, 1 / sqrt(numbers))
-        self.second = linear(width, width, 1 / sqrt(width))
+        self.layer = linear(numbers, width, 1 / sqrt(numbers))
 
     def forward(self, elements: Tensor) -> Tensor:
         """(..., k, N) -> (..., 2 W), mean and greatest; zeros where nothing is there.
@@ -56,9 +56,8 @@ class PooledSet(nn.Module):
         An element's last number is 1 if it is there.
         """
         present = elements[..., -1:]
-        x = nn.functional.leaky_relu(self.first(elements))
         # What is not there is 0, and nothing is less.
-        x = nn.functional.relu(self.second(x)) * present
+        x = functional.relu(self.layer(elements)) * present
         mean = x.sum(dim=-2) / present.sum(dim=-2).clamp(min=1)
         return torch.cat([mean, x.amax(dim=-2)], dim=-1)
 
@@ -108,10 +107,8 @@ class SetHead(nn.Module):
         """Mixture from the body's (..., H) and the numbers read (..., V)."""
         read = Numbers(vectors, self.shapes)
         each = self.anchor(read.sets[0]) + self.situation(x)[..., None, :]
-        each = nn.functional.silu(self.second(nn.functional.silu(each)))
+        each = functional.silu(self.second(functional.silu(each)))
         logits = self.score(each)[..., 0]
         keep = torch.arange(logits.shape[-1]) == KEEP
         logits = logits + self.commitment * keep
-        return Mixture(
-            read.at, self.sigma, logits.masked_fill(~read.allowed, REFUSED)
-        )
+        return Mixture(read.at, self.sigma, logits.masked_fill(~read.allowed, REFUSED))

@@ -34,6 +34,7 @@ from reference.workshop.strategies.guides import GROUP_RADIUS, SOON
 from reference.workshop.strategies.observed import (
     FAR,
     decisions_to_next_fire,
+    keeps_destination,
     kept,
     lightable,
     metres_between,
@@ -50,11 +51,17 @@ CROP = 21  # [C3, chosen] cells along a side of what a robot reads of the grid
 CROP_SHAPE = (len(GRID_KINDS), CROP, CROP)
 RIMS_NUMBERED = 4  # [C5, chosen] rims of a floor that are told apart by their number
 SLACK = 1.0  # [C5, chosen] metres of detour at which flames are half on the way
+FARTHEST = 300.0  # metres from the outside, at most; walls are so far
 # what counts as one, in the numbers that a network reads
 CREW = 2.0  # robots
 GROUP = 5.0  # people
+AWAY = 30.0  # metres from the outside
 WIDE = 4.0  # cells of a way out
 BLAZE = 10.0  # burning cells; so many are half of very many
+
+# Numbers of a mark. Two that tell its kind: a rim guards an exit or stairs.
+EXIT, STAIRS, FOOT, RIM, WIDTH, LEADS, BURNS, BURNS_NEAR, COMING, NUMBER = range(10)
+MARK_NUMBERS = NUMBER + RIMS_NUMBERED
 
 
 class SetShapes(NamedTuple):
@@ -93,7 +100,7 @@ class KnownWays:
         self.building = building
         floors = range(building.floors)
         by_mark = ways_outside(building, None)
-        self.outside = np.minimum(by_mark.min(axis=0), FAR * building.floors)
+        self.outside = np.minimum(by_mark.min(axis=0), FARTHEST)
 
         # ways out, as `way_marks` lists them
         ways = [list(_ways_out(building, floor)) for floor in floors]
@@ -142,6 +149,8 @@ class KnownWays:
         while landmarks[mark].stairwell >= 0:
             foot = int(feet[landmarks[mark].stairwell])
             mark = int(by_mark[:, foot].argmin())
+            if not np.isfinite(by_mark[mark, foot]):
+                break
             chain += [foot, *places_walked(nav, foot, mark)]
         return chain
 
@@ -160,7 +169,7 @@ class KnownWays:
         building = self.building
         marks = [mark for mark in building.landmarks if mark.floor == floor]
         ways = [mark.index for mark in marks if mark.kind is not Kind.DOOR]
-        among = lightable(building)
+        among = lightable(building) & keeps_destination(building)
         return [way for way in ways if nearest_places(building, [way], among)]
 
 
@@ -240,8 +249,11 @@ class SetView(RobotView):
 
     def shapes(self) -> SetShapes:
         """Count what `numbers` returns."""
-        sets = [part.shape[1:] for part in self._sets()]
-        return SetShapes(*sets, counts=self._counts().shape[1])
+        anchors, people, mates, fires = (
+            (part.shape[1], part.shape[2]) for part in self._sets()
+        )
+        counts = self._counts().shape[1]
+        return SetShapes(anchors, people, mates, fires, counts)
 
     def numbers(self) -> np.ndarray:
         """(B, V) float32, see `SetShapes`."""
@@ -260,7 +272,7 @@ class SetView(RobotView):
         marks = self._marks()
         m = marks.shape[1]
         first = WAIT + 1
-        of_map = np.zeros((B, K, marks.shape[2]))
+        of_map = np.zeros((B, K, MARK_NUMBERS))
         of_map[:, first : first + m] = marks
         of_map[:, KEEP] = self._mark_at_spot(marks)
         kinds = np.zeros((B, K, 3))
@@ -268,13 +280,13 @@ class SetView(RobotView):
         kinds[:, WAIT, 1] = 1
         kinds[:, first + m :, 2] = 1  # people
 
-        there_ = ~np.isnan(self.points[..., 0])
+        real = ~np.isnan(self.points[..., 0])
         on_way, near = self._flames()
         headed, mate_near, mate_first = self._mates_at_anchors()
         columns = [
             self.way / UNIT,
             nearness(self.way),
-            self.ways.outside[self.places] / UNIT,
+            self.ways.outside[self.places] / AWAY,
             on_way,
             near,
             self._sources(),
@@ -285,45 +297,45 @@ class SetView(RobotView):
             mate_first,
             self._at(self.spot[:, None]),
             self.allowed,
-            there_,
+            real,
         ]
         rest = np.stack(columns, axis=-1, dtype=float)
         parts = [kinds, of_map, self.anchors, rest]
-        return np.concatenate(parts, axis=-1) * there_[..., None]
+        return np.concatenate(parts, axis=-1) * real[..., None]
 
     def _marks(self) -> np.ndarray:
-        """(B, m, numbers) what the map and the flames tell of its anchors."""
+        """(B, m, MARK_NUMBERS) what the map and the flames tell of its anchors."""
         ways = self.ways
-        f = self.floor
-        wells, feet, rims = ways.wells[f], ways.feet[f], ways.rim_wells[f]
-        k = [wells.shape[1], feet.shape[1], rims.shape[1]]
-        ends = np.cumsum(k)
-        marks = np.zeros((len(f), ends[-1], 10 + RIMS_NUMBERED))
+        floor = self.floor
+        wells = ways.wells[floor]
+        feet = ways.feet[floor]
+        rims = ways.rim_wells[floor]
+        ends = np.cumsum([wells.shape[1], feet.shape[1], rims.shape[1]])
+        marks = np.zeros((len(floor), ends[-1], MARK_NUMBERS))
         outs, of_feet, of_rims = np.split(marks, ends[:-1], axis=1)
 
         # ways out
-        outs[..., 0] = wells < 0  # an exit
-        outs[..., 1] = wells >= 0  # stairs
-        outs[..., 4] = ways.width[f] / WIDE
-        outs[..., 5] = ways.leads[f] / UNIT
-        outs[..., 6] = self._burn_on(ways.burns)
-        outs[..., 7] = self._burn_on(ways.near)
+        outs[..., EXIT] = wells < 0
+        outs[..., STAIRS] = wells >= 0
+        outs[..., WIDTH] = ways.width[floor] / WIDE
+        outs[..., LEADS] = ways.leads[floor] / AWAY
+        outs[..., BURNS] = self._burn_on(ways.burns)
+        outs[..., BURNS_NEAR] = self._burn_on(ways.near)
 
         # feet of stairs
-        of_feet[..., 1] = 1
-        of_feet[..., 2] = 1
+        of_feet[..., STAIRS] = 1
+        of_feet[..., FOOT] = 1
         on_stairs = np.where(there(self.humans), ways.well_of[self.human_places], -1)
         coming = on_stairs[:, None] == feet[..., None]
-        of_feet[..., 8] = coming.sum(axis=-1) * (feet >= 0) / GROUP
+        of_feet[..., COMING] = coming.sum(axis=-1) * (feet >= 0) / GROUP
 
         # rims
-        of_rims[..., 0] = rims < 0
-        of_rims[..., 1] = rims >= 0
-        of_rims[..., 3] = 1
-        of_rims[..., 4] = ways.rim_width[f] / WIDE
-        of_rims[..., 9] = np.arange(k[2]) / RIMS_NUMBERED
-        some = min(k[2], RIMS_NUMBERED)
-        of_rims[:, :some, 10 : 10 + some] = np.eye(some)
+        of_rims[..., EXIT] = rims < 0
+        of_rims[..., STAIRS] = rims >= 0
+        of_rims[..., RIM] = 1
+        of_rims[..., WIDTH] = ways.rim_width[floor] / WIDE
+        numbered = min(rims.shape[1], RIMS_NUMBERED)
+        of_rims[:, :numbered, NUMBER : NUMBER + numbered] = np.eye(numbered)
         return marks
 
     def _burn_on(self, ways: np.ndarray) -> np.ndarray:
@@ -334,7 +346,7 @@ class SetView(RobotView):
         return mine / (mine + BLAZE)
 
     def _mark_at_spot(self, marks: np.ndarray) -> np.ndarray:
-        """(B, numbers) of the mark where a robot is headed; zeros if it is none."""
+        """(B, MARK_NUMBERS) of the mark where a robot is headed, or zeros."""
         first = WAIT + 1
         off = self.points[:, first : first + marks.shape[1]] - self.spot[:, None]
         metres = np.nan_to_num(lengths(off), nan=np.inf)
@@ -387,8 +399,7 @@ class SetView(RobotView):
         """(B, K, k) metres from anchors to which of the points (B, k, 2 or 3)."""
         x = self.points[..., :1] - points[:, None, :, 0]
         y = self.points[..., 1:] - points[:, None, :, 1]
-        metres = np.nan_to_num(np.sqrt(x * x + y * y), nan=FAR)
-        return np.where(which[:, None], metres, FAR)
+        return np.where(which[:, None], np.sqrt(x * x + y * y), FAR)
 
     def _mates_at_anchors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(B, K) each: mates headed there, nearness of the nearest, is it before me?"""
@@ -406,7 +417,7 @@ class SetView(RobotView):
         columns = [
             self.mine,
             self.map.stairs[self.human_places],
-            self.ways.outside[self.human_places] / UNIT,
+            self.ways.outside[self.human_places] / AWAY,
             inside,
         ]
         rest = np.stack(columns, axis=-1, dtype=float) * inside[..., None]
@@ -454,7 +465,7 @@ class SetView(RobotView):
             elsewhere / (elsewhere + BLAZE),
             self.floor,
             self.floor == 0,
-            self.ways.outside[self.place] / UNIT,
+            self.ways.outside[self.place] / AWAY,
             time / paper.health_seconds(),
             decisions_to_next_fire(time, step) / paper.FIRE_EVERY_DECISIONS,
             ~np.isnan(self.spot[:, 0]),
