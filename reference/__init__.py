@@ -24,11 +24,8 @@ import: a module imports only modules listed before it, and no module of the boo
 imports the workshop.
 """
 
-import sys
-from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
-from warnings import warn
 
 if TYPE_CHECKING:  # others import these when they are asked for
     from reference.paper import Scenario
@@ -75,7 +72,18 @@ WORKSHOP = (
     "workshop",  # what makes the book practical:
     "workshop.storage",  # files, records, folders of runs, workers
     "workshop.maps",  # floor files: find, check, load
-    "workshop.lockstep",  # many simulations tick together
+    "workshop.engine.mirrors",  # many evacuations at once, compiled:
+    "workshop.engine.tables",  # what never moves
+    "workshop.engine.state",  # a simulation as arrays, and back
+    "workshop.engine.sees",  # as `view` and `rays`
+    "workshop.engine.thinks",  # as `humans`
+    "workshop.engine.walks",  # as `motion` and `walking`
+    "workshop.engine.robots",  # as `robots`
+    "workshop.engine.burns",  # as `fire`
+    "workshop.engine.ticks",  # as `simulation`
+    "workshop.engine.storing",  # compiled code is kept on disk
+    "workshop.engine.going",  # the engine and the book in turn
+    "workshop.engine",  # by the engine, or by the book where a rule has changed
     "workshop.strategies",  # hand-written robots and fires by name, the worst fire
     "workshop.anchors",  # the robots' frame, anchors to choose among, heads
     "workshop.training",  # trainings, kept in files:
@@ -109,7 +117,7 @@ FRONT_DOOR = {
 }
 """Names that `from reference import ...` knows, and where each is made."""
 
-__version__ = "0.18.0"
+__version__ = "0.19.0"
 
 GAME = 8
 """Increases when rules or numbers of the game change: policies learned in another game
@@ -121,25 +129,6 @@ def __getattr__(name: str) -> Any:
     if name not in FRONT_DOOR:
         raise AttributeError(f"module 'reference' has no attribute '{name}'")
     return getattr(import_module(f"reference.{FRONT_DOOR[name]}"), name)
-
-
-def former_names(module: str, names: dict[str, str]) -> Callable[[str], Any]:
-    """Make a `__getattr__` by which a module knows former names, with a warning.
-
-    names: old -> new, with `()` after the new one for what was a constant. Names of
-    version 0.17 are known in 0.18 and go with the next version.
-    """
-
-    def former(name: str) -> Any:
-        """Say what a name is called now, and return it."""
-        if name not in names:
-            raise AttributeError(f"module '{module}' has no attribute '{name}'")
-        new = names[name]
-        warn(f"{module}.{name} is now called {new}", DeprecationWarning, stacklevel=2)
-        found = getattr(sys.modules[module], new.removesuffix("()"))
-        return found() if new.endswith("()") else found
-
-    return former
 
 
 def command_line() -> None:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.random import Generator as Rng
 from scipy import ndimage
 
-from reference import former_names, paper
+from reference import paper
 from reference.floorplan import STAIRWELLS, Drawing, parse
 
 Graph: TypeAlias = nx.MultiGraph
@@ -407,6 +407,3 @@ def build(drawing: Drawing) -> Building:
 def building_of(plan: str) -> Building:
     """Build from the text of a floor file. Raises FloorPlanError."""
     return build(parse(plan))
-
-
-__getattr__ = former_names(__name__, {"burn": "without_doors"})

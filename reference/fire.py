@@ -14,7 +14,7 @@ from numpy.random import Generator as Rng
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from reference import former_names, paper
+from reference import paper
 from reference.building import Building, Kind
 from reference.navigation import navigation_of, shifted
 from reference.paper import Scenario
@@ -210,6 +210,3 @@ class RandomFire:
             return None
         floor = int(rng.choice(floors))
         return (floor, *building.random_point(cells[floor], rng))
-
-
-__getattr__ = former_names(__name__, {"rim": "cells_around_clearance"})

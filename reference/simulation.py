@@ -165,7 +165,7 @@ class Simulation:
     def copy(self) -> "Simulation":
         """Copy the simulation; the copy runs on like this one, which stays as it is."""
         shared = self.building, self.navigation, self.sight, self.spread, self.generator
-        return deepcopy(self, {id(one): one for one in shared})
+        return deepcopy(self, {id(one): one for one in (*shared, *self.events)})
 
     # -- SENSE and DECIDE -----------------------------------------------------------
 

@@ -3,15 +3,18 @@
 `pytest --paper "Alg. 2:13-15"` runs the tests of some lines, `--paper B5` those of a
 clause.  `pytest --paper-index` runs nothing; it prints where the code carries each
 clause and each line, and which tests hold it; `--paper-index=B5` prints one.
+`pytest --engine` steps the tests of paper and book by the engine.
 """
 
 import os
 import signal
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 import hypothesis
 import pytest
+from by_engine import STEPS, step_by_engine, summary
 from paper_index import asked_for, paper_index
 from rules import Board, drawn, keys_of, rules, side_by_side
 
@@ -76,6 +79,11 @@ def pytest_runtest_call(item):
 pytest_runtest_setup = pytest_runtest_call  # and so have its fixtures
 
 
+def pytest_runtest_logstart(location):
+    """Nobody has stepped anything in the test that begins."""
+    STEPS.begin(ROOT / location[0])
+
+
 def pytest_assertrepr_compare(config, op, left, right):
     """Two boards that differ are shown below the test, under the rule."""
     if op == "==" and Board in (type(left), type(right)):
@@ -88,6 +96,8 @@ def pytest_assertrepr_compare(config, op, left, right):
 def pytest_runtest_makereport(item, call):
     """A test that fails tells the rule: clause, line and code, then both boards."""
     report = yield
+    if item.config.option.engine and report.when == "call":
+        report.stepped_by = STEPS.who
     if report.failed and (keys := keys_of(item)):
         told = [*rules(keys), "", *getattr(item.config, "boards", ())]
         report.sections.append(("The rule", "\n".join(told)))
@@ -96,7 +106,7 @@ def pytest_runtest_makereport(item, call):
 
 
 def pytest_addoption(parser):
-    """Adds `--paper` and `--paper-index`."""
+    """Adds `--paper`, `--paper-index` and `--engine`."""
     parser.addoption(
         "--paper",
         metavar="WHAT",
@@ -108,6 +118,11 @@ def pytest_addoption(parser):
         const=EVERYTHING,
         metavar="WHAT",
         help="run nothing; print where code and tests carry the paper, or a part of it",
+    )
+    parser.addoption(
+        "--engine",
+        action="store_true",
+        help="step the tests of paper and book by the engine",
     )
 
 
@@ -123,6 +138,10 @@ def pytest_configure(config):
     )
     if config.option.paper:
         config.asked = set(asked_for(config.option.paper))
+    if config.option.engine:
+        if find_spec("numba") is None:
+            raise pytest.UsageError("--engine needs numba: pip install -e '.[fast]'")
+        step_by_engine()
 
 
 def pytest_cmdline_main(config):
@@ -140,6 +159,10 @@ def pytest_terminal_summary(terminalreporter):
         for report in terminalreporter.getreports(outcome):
             for name, fact in report.user_properties:
                 terminalreporter.write_line(f"{name}: {fact}")
+    if terminalreporter.config.option.engine:
+        reports = terminalreporter.stats.values()
+        told = [one for some in reports for one in some]
+        terminalreporter.write_line(summary(told))
 
 
 def pytest_ignore_collect(collection_path, config):

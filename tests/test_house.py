@@ -10,7 +10,6 @@ import tokenize
 import tomllib
 from collections import Counter
 from collections.abc import Iterator
-from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from textwrap import dedent
@@ -43,11 +42,6 @@ MODULES = {
     for path in sorted(PACKAGE.rglob("*.py"))
     if path != PACKAGE / "__init__.py"
 }
-FORMER = [
-    name
-    for name, path in MODULES.items()
-    if "former_names(__name__" in path.read_text("utf-8")
-]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 RESULTS = (ROOT / "RESULTS.md").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -90,8 +84,6 @@ def test_a_module_imports_only_modules_that_stand_before_it(module):
     """Read front to back, no name comes before its meaning; the workshop is last."""
     home = in_reading_order(module)
     for name in imported(MODULES[module]):
-        if name == "reference.former_names":  # of the package's own file
-            continue
         if name.startswith("reference.") and (other := in_reading_order(name)) != home:
             assert READING_ORDER.index(other) < READING_ORDER.index(home), name
 
@@ -115,6 +107,7 @@ def test_the_workshop_has_twelve_rooms():
     [
         ("matplotlib", ("workshop.drawing",)),
         ("networkx", ("building", "workshop.maps")),
+        ("numba", ("workshop.engine",)),
         ("torch", ("learning", "workshop")),
     ],
 )
@@ -137,6 +130,28 @@ MATCH = "--robots none --fire worst-case --episodes 1 --workers 0"
 )
 def test_torch_is_loaded_by_nothing_that_does_not_learn(command, tmp_path):
     """Not even behind the back, through something else; nor by the environment."""
+    unwanted = {"torch", "matplotlib", "pettingzoo", "gymnasium"}
+    assert not unwanted & loaded_by(command, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "check tiny",
+        "floors",
+        "draw tiny -o tiny.png",
+        "evacuate --building tiny --people 2 --robots sweep --episodes 2",
+        "evaluate --help",
+        pytest.param("--animate film.html", marks=pytest.mark.slow),
+    ],
+)
+def test_numba_is_loaded_only_where_many_evacuations_are_played(command, tmp_path):
+    """Other commands, the first look too, neither load nor compile anything."""
+    assert not {"numba", "llvmlite"} & loaded_by(command, tmp_path)
+
+
+def loaded_by(command, folder):
+    """All modules that a command loads."""
     code = (
         "import sys, reference.game.environment; from reference.__main__ import main\n"
         "try: status = main(sys.argv[1:])\n"
@@ -146,12 +161,12 @@ def test_torch_is_loaded_by_nothing_that_does_not_learn(command, tmp_path):
     done = subprocess.check_output(
         [sys.executable, "-c", code, *command.split()],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
-        cwd=tmp_path,
+        cwd=folder,
         text=True,
     )
     loaded = done.splitlines()[-1].removeprefix("status 0 ").split()
     assert loaded[0] == "sys"
-    assert not {"torch", "matplotlib", "pettingzoo", "gymnasium"} & set(loaded)
+    return set(loaded)
 
 
 def test_nothing_is_imported_that_is_not_declared():
@@ -160,7 +175,7 @@ def test_nothing_is_imported_that_is_not_declared():
         re.match(r"\w+", name)[0].lower() for name in PROJECT["project"]["dependencies"]
     }
     extras = PROJECT["project"]["optional-dependencies"]
-    for extra in ("pettingzoo", "yaml", "cluster"):
+    for extra in ("fast", "pettingzoo", "yaml", "cluster"):
         declared |= {re.match(r"\w+", name)[0] for name in extras[extra]}
     declared |= {"PIL", "yaml"}  # matplotlib's own, and PyYAML's other name
     names = {name.split(".")[0] for path in MODULES.values() for name in imported(path)}
@@ -174,22 +189,6 @@ def test_the_front_door_knows_five_names():
     assert subprocess.check_output([sys.executable, "-c", code], cwd=ROOT) == b"\n"
     for name in FRONT_DOOR:
         assert getattr(reference, name).__name__ == name
-
-
-@pytest.mark.parametrize("module", FORMER)
-def test_a_former_name_still_leads_to_what_it_named(module):
-    """For one version, with a warning that says the new one."""
-    home = import_module(f"reference.{module}")
-    text = MODULES[module].read_text("utf-8")
-    names = ast.literal_eval(
-        re.search(r"former_names\(__name__, ({.*?})\)", text, 16)[1]
-    )
-    for old, new in names.items():
-        with pytest.warns(DeprecationWarning, match=rf"{old} is now called .*{new}"):
-            found = getattr(home, old)
-        named = vars(home)[new.removesuffix("()")]
-        assert found == named() if new.endswith("()") else found is named
-    assert not hasattr(home, "never_there")
 
 
 def test_the_package_leads_from_a_maps_text_to_a_picture(tmp_path, monkeypatch, capsys):
@@ -484,7 +483,7 @@ def table(header: str) -> list[str]:
 def test_the_readme_begins_with_two_commands_that_do_it_all():
     """Set up with the pinned versions, then test; `.ci/run` calls these very lines."""
     set_up, test = blocks("sh")[0].splitlines()
-    assert set_up.endswith("pip install -c constraints.txt -e '.[test]'")
+    assert set_up.endswith("pip install -c constraints.txt -e '.[test,fast]'")
     assert test == ".venv/bin/python -m pytest -n auto"
 
 

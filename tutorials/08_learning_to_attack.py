@@ -21,7 +21,7 @@ from reference.learning.rollouts import Episode, Job, play
 from reference.navigation import navigation_of
 from reference.rewards import fire_reward
 from reference.workshop import drawing
-from reference.workshop.lockstep import advance_in_lockstep, run_in_lockstep
+from reference.workshop.engine import to_the_end, together
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.presets import preset
 
@@ -102,7 +102,7 @@ SEEDS = range(1000, 1024)
 def scripted(fire) -> list[Simulation]:
     """Run all those evenings with a fire that nobody trained."""
     runs = [Simulation(gallery, evening, Sweep(), fire, seed) for seed in SEEDS]
-    run_in_lockstep(runs)
+    to_the_end(runs)
     return runs
 
 
@@ -139,7 +139,7 @@ learner = learner_for("fire", PLAN, evening, table, seed=0)
 def evenings(seeds: range) -> list[Episode]:
     """Play against `sweep`; the learner's policy decides, with sampled actions."""
     job = Job(PLAN, evening, Sweep(), player_of(learner), tuple(seeds))
-    return play(job, advance=advance_in_lockstep)
+    return play(job, advance=together)
 
 
 def total(episodes: list[Episode], fact: str) -> int:

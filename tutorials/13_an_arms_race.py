@@ -17,7 +17,7 @@ from reference.building import building_of
 from reference.learning.adversarial import adversarial_rounds, learner_for, player_of
 from reference.learning.rollouts import Episode, Job, play
 from reference.workshop import drawing
-from reference.workshop.lockstep import advance_in_lockstep
+from reference.workshop.engine import together
 from reference.workshop.strategies.fires import FixedFire, beside_ways_out
 from reference.workshop.strategies.guides import Escort
 from reference.workshop.training.imitation import Demonstration, clone
@@ -83,7 +83,7 @@ fire = learner_for("fire", PLAN, evening, of_fire, seed=3)
 def evenings(guides, foe) -> list[Episode]:
     """Play the 24 evenings that are not for training; guides and foe do not learn."""
     job = Job(PLAN, evening, guides, foe, tuple(range(24)))
-    return play(job, advance=advance_in_lockstep)
+    return play(job, advance=together)
 
 
 def out(episodes: list[Episode]) -> float:
@@ -96,7 +96,7 @@ def out(episodes: list[Episode]) -> float:
 
 teacher = Demonstration(robots.settings, {}, "escort")
 shown = Job(PLAN, evening, teacher, FixedFire(), tuple(range(100, 132)))
-demonstrations = play(shown, advance=advance_in_lockstep)
+demonstrations = play(shown, advance=together)
 clone(robots, [episode.robots for episode in demonstrations], epochs=20)
 
 # %% The race
@@ -110,7 +110,7 @@ def act(guides, foe, rounds: int) -> list[float]:
     """Let whoever is a learner learn; return how many got out in each round."""
     new = [[next(seeds) for _ in range(24)] for _ in range(rounds)]
     sides = {"robots": guides, "fire": foe}
-    played = adversarial_rounds(PLAN, evening, sides, new, advance=advance_in_lockstep)
+    played = adversarial_rounds(PLAN, evening, sides, new, advance=together)
     return [out(episodes) for episodes in played]
 
 
@@ -210,4 +210,4 @@ print(drawing.save(figure, "out/13_arms_race.png"))
 # play 24 evenings against a fire that tries the mouth alone, and against one that tries
 # the cell before the door alone, at x = 5.5. Guess first: what does the guard gain,
 # what does it lose?
-# Hint: `FixedFire([place])` is such a fire, and `run_in_lockstep(simulations)` plays.
+# Hint: `FixedFire([place])` is such a fire, and `to_the_end(simulations)` plays.

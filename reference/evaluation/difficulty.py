@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from reference import former_names, paper
+from reference import paper
 from reference.building import Building, distance
 from reference.fire import burnable, cells_around_clearance
 from reference.paper import Scenario
@@ -241,6 +241,3 @@ def _shut(building: Building, burning: np.ndarray) -> np.ndarray:
         elif len(around := cells_around_clearance(building, mark.index)):
             shut[:, node] = burning.reshape(count, -1)[:, around].all(axis=1)
     return shut
-
-
-__getattr__ = former_names(__name__, {"HARDEST": "hardest()"})

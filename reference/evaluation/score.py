@@ -15,7 +15,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from reference import former_names, paper
+from reference import paper
 from reference.paper import InputError
 
 LARGEST_Y = 1e12  # [F1, chosen] limit of y: above it, difficulty would not count
@@ -109,6 +109,3 @@ def paper_ruler() -> Ruler:
     """The constants that the appendix prints, b and c to more digits [F2] [F9]."""
     b, c = base_and_control(paper.WORST_POINT, paper.BEST_POINT)
     return Ruler(paper.ALPHA, b, c, k=paper.K, beta=paper.BETA)
-
-
-__getattr__ = former_names(__name__, {"PAPER": "paper_ruler()"})

@@ -16,9 +16,11 @@ import numpy as np
 
 from reference.building import Building
 from reference.game.observations import (
+    fire_vectors,
     from_normalised,
     grid,
     grid_shape,
+    robot_vectors,
     vector_layout,
 )
 from reference.paper import Scenario
@@ -69,6 +71,12 @@ class PolicyCodec:
             continuous=AXES,
             branches=(self.building.floors,) if self.side == "fire" else (),
         )
+
+    def observe(self, worlds: Sequence[World]) -> np.ndarray:
+        """(S, G, V) float32, what each agent of the side observes in S worlds."""
+        if self.side == "fire":
+            return fire_vectors(worlds, self.layout)
+        return robot_vectors(worlds, self.layout)
 
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, G, V) float32, what a network reads at S moments.

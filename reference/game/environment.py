@@ -105,8 +105,7 @@ def until_next_decision(simulations: Sequence[Simulation]) -> None:
 class Environment:
     """One building and one scenario, episode after episode.
 
-    simulation  what runs now;  decision  decisions taken in this episode
-    agents      who has not left, of possible_agents
+    simulation  what runs now;  agents  who has not left, of possible_agents
 
     An observation has a "vector" (`observations.vector_layout`) and the "grid", both
     float32.  An action is clipped to [-1, 1]: a robot's is (2,) x, y, or all nan to
@@ -128,13 +127,13 @@ class Environment:
         """
         self.building = building
         self.scenario = scenario or Scenario()
+        self.layout = observations.vector_layout(building, self.scenario)
         self._robots = robots
         self._fire = fire
-        self._begin(seed=0)
 
         self._robot_agents: list[str] = []
         if robots is None:
-            count = len(self.simulation.world.robots)
+            count = self.scenario.robots_per_floor * building.floors
             self._robot_agents = [f"robot_{k}" for k in range(count)]
         self.possible_agents = self._robot_agents.copy()
         if fire is None:
@@ -143,6 +142,7 @@ class Environment:
             raise ValueError("nobody acts: leave the robots or the fire to an agent")
         self.agents: list[str] = []
         self._seeds: np.random.Generator | None = None
+        self._begin(seed=0)
 
     def _begin(self, seed: int) -> None:
         """Begin a simulation that carries out the agents' actions."""
@@ -155,7 +155,6 @@ class Environment:
             self._agent_fire if self._fire is None else deepcopy(self._fire),
             seed,
         )
-        self.decision = 0
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -177,38 +176,22 @@ class Environment:
         Actions of agents that have left are ignored. Raises KeyError for one that is
         missing; `workshop.zoo` checks others' actions and says what is wrong.
         """
-        decisions: dict[str, Any] = {}
-        for agent in self.agents:
-            read = fire_decision if agent == FIRE else destination
-            action = np.asarray(actions[agent], dtype=np.float64)
-            decisions[agent] = read(self.building, action)
-        self.begin_step(decisions)
-        if not self.agents:
-            return {}, {}, {}, {}, {}
-        until_next_decision([self.simulation])
-        return self.end_step()
-
-    def begin_step(self, decisions: Mapping[str, Any]) -> None:
-        """Give the decisions of a step, in metres, which `end_step` ends.
-
-        A robot's is a destination or None, the fire's a floor, x and y.
-        """
-        self._already = len(self.simulation.events)
-        robots = self.simulation.world.robots
-        for agent in self.agents:
-            if agent == FIRE:
-                self._agent_fire.chosen = decisions[agent]
-            else:
-                body = robots[self._robot_agents.index(agent)].body
-                self._agent_robots.chosen[body] = decisions[agent]
-
-    def end_step(self) -> StepResult:
-        """End a step, after the simulation has run on; return what `step` returns."""
-        self.decision += 1
         agents = self.agents
+        if not agents:
+            return {}, {}, {}, {}, {}
+        already = len(self.simulation.events)
+        for agent in agents:
+            action = np.asarray(actions[agent], dtype=np.float64)
+            if agent == FIRE:
+                self._agent_fire.chosen = fire_decision(self.building, action)
+            else:
+                number = self._robot_agents.index(agent)
+                body = self.simulation.world.robots[number].body
+                self._agent_robots.chosen[body] = destination(self.building, action)
+        until_next_decision([self.simulation])
 
         # rewards
-        events = self.simulation.events[self._already :]
+        events = self.simulation.events[already:]
         rewards = dict.fromkeys(agents, group_reward(events))  # [E5]
         if FIRE in agents:
             rewards[FIRE] = fire_reward(events)  # [D6]
@@ -235,10 +218,11 @@ class Environment:
     def _observed(self, agents: list[str]) -> Observations:
         """Collect what each agent observes now [C1] [C4] [D1], in arrays of its own."""
         world = self.simulation.world
-        vectors = {FIRE: observations.fire_vector(world, self.scenario)}
+        ((fire,),) = observations.fire_vectors([world], self.layout)
+        vectors = {FIRE: fire}
         if self._robot_agents:
-            rows = observations.robot_vectors(world, self.scenario)
-            vectors |= zip(self._robot_agents, rows, strict=True)
+            (robots,) = observations.robot_vectors([world], self.layout)
+            vectors |= zip(self._robot_agents, robots, strict=True)
         grid = observations.grid(world)
         return {
             agent: {"vector": vectors[agent], "grid": grid.astype(np.float32)}

@@ -3,15 +3,16 @@
 What a vector holds is described once, by `vector_layout`: the meaning and the bounds of
 its numbers, and where each part of it stands.
 
-    n   people;  R  robots;  F  fire sources;  V  numbers of a vector
+    S   worlds;  n  people;  R  robots;  F  fire sources;  V  numbers of a vector
     point       x, y in metres and the storey, 0 is the first floor
     normalised  coordinates in which the main body of the building is [-1, 1] x [-1, 1]
 """
 
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from reference import paper
 from reference.building import Building, Kind, lengths
@@ -112,92 +113,100 @@ def vector_layout(building: Building, scenario: Scenario) -> Layout:
     )
 
 
-# -- From the world to vectors ------------------------------------------------------
+# -- From worlds to vectors ---------------------------------------------------------
 
 
-def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
-    """(R, V) float32: row k is what robot k observes, see `vector_layout` [C1] [C4]."""
-    humans = _humans(world)
-    robots = _robots(world)
-    work = robots_at_work(world)
-    mates = np.equal.outer(robots[:, 2], robots[:, 2])  # on one floor
+def robot_vectors(worlds: Sequence[World], layout: Layout) -> np.ndarray:
+    """(S, R, V) float32: row k is what robot k observes, see `vector_layout` [C1] [C4].
+
+    worlds: S of one building and scenario
+    """
+    humans, robots, work = _points(worlds)
+    floor = robots[0, :, 2]
+    mates = np.equal.outer(floor, floor)  # on one floor
 
     # each robot's own order
-    nearest = _nearest_first(robots, humans, world.building.floors)
-    others = ~np.eye(len(robots), dtype=bool)
-    me_first = np.lexsort((others, ~mates), axis=1)
+    nearest = _nearest_first(robots, humans, worlds[0].building.floors)
+    me_first = np.argsort(~mates - np.eye(len(mates)), axis=1, kind="stable")
 
     robots[~work] = paper.ABSENT_POINT
-    team = (mates & work).sum(axis=1)[:, None, None]
-    return _write(world, scenario, humans[nearest], robots[me_first], team)
+    team = (mates & work[:, None]).sum(axis=2)
+    each = np.arange(len(worlds))[:, None, None]
+    return _write(worlds, layout, humans[each, nearest], robots[:, me_first], team)
 
 
-def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
-    """(V,) float32: what the fire observes, see `vector_layout` [D1].
+def fire_vectors(worlds: Sequence[World], layout: Layout) -> np.ndarray:
+    """(S, 1, V) float32: what the fire observes, see `vector_layout` [D1].
 
     Where `NoRobots` plays, all robots of the scenario are `ABSENT_POINT`.
     """
-    work = robots_at_work(world)
-    robots = _robots(world)
+    humans, robots, work = _points(worlds)
     robots[~work] = paper.ABSENT_POINT
-    if not len(robots):
-        robots = np.array([paper.ABSENT_POINT])  # written to every row
-    humans = _humans(world)
-    return _write(world, scenario, humans[None], robots[None], team=work.sum())[0]
+    if not work.size:
+        robots = np.array([[paper.ABSENT_POINT]])  # written to every row
+    team = work.sum(axis=1, keepdims=True)
+    return _write(worlds, layout, humans[:, None], robots[:, None], team)
 
 
 def _write(
-    world: World,
-    scenario: Scenario,
+    worlds: Sequence[World],
+    layout: Layout,
     humans: np.ndarray,
     robots: np.ndarray,
-    team: ArrayLike,
+    team: np.ndarray,
 ) -> np.ndarray:
-    """Write vectors (k, V) from points (k, n, 3) and (k, R, 3) and robots at work."""
-    fires = np.tile(paper.ABSENT_POINT, (scenario.sources, 1))
-    for k, source in enumerate(world.flames.sources[: scenario.sources]):
-        fires[k] = source.x, source.y, source.floor
-    floors = np.arange(world.building.floors)
+    """Write vectors (S, k, V) from points (S, k, n, 3) and (S, k, R, 3).
+
+    team: (S, k) robots at work
+    """
+    most = layout.blocks["fires"].rows
+    fires = np.tile(paper.ABSENT_POINT, (len(worlds), 1, most, 1))
+    for k, world in enumerate(worlds):
+        for j, source in enumerate(world.flames.sources[:most]):
+            fires[k, 0, j] = source.x, source.y, source.floor
+    floors = np.arange(worlds[0].building.floors)
     blocks = {
         "humans": humans,
         "robots": robots,
-        "team": team,
-        "time": world.time,
+        "team": team[..., None, None],
+        "time": np.reshape([world.time for world in worlds], (-1, 1, 1, 1)),
         "fires": fires,
-        "fires_per_floor": (fires[:, 2] == floors[:, None]).sum(axis=1)[:, None],
+        "fires_per_floor": (fires[..., 2:] == floors).sum(axis=2)[..., None],
     }
-    layout = vector_layout(world.building, scenario)
-    vectors = np.empty((len(humans), layout.size), dtype=np.float32)
+    vectors = np.empty((*humans.shape[:2], layout.size), dtype=np.float32)
     for name, rows in blocks.items():
         layout.read(vectors, name)[:] = rows
     return vectors
 
 
-def _humans(world: World) -> np.ndarray:
-    """(n, 3) points of all people, in order of their numbers.
+def _points(worlds: Sequence[World]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of people, (S, n, 3), and robots, (S, R, 3); who is at work, (S, R) bool.
 
-    People on the stairs are in a cell of the stairwell, on the floor they come from.
+    In order of their numbers. People on the stairs are in a cell of the stairwell, on
+    the floor they come from; robots whose work is done are where they stand.
     """
-    bodies = world.bodies
-    humans = np.column_stack([bodies.position, bodies.floor])
-    humans[~bodies.inside] = paper.ABSENT_POINT
-    return humans
-
-
-def _robots(world: World) -> np.ndarray:
-    """(R, 3) points of the robots, those whose work is done too."""
-    points = [(*robot.position, robot.floor) for robot in world.robots]
-    return np.array(points, dtype=np.float64).reshape(-1, 3)
+    humans = np.empty((len(worlds), len(worlds[0].bodies), 3))
+    for points, world in zip(humans, worlds, strict=True):
+        points[:, :2] = world.bodies.position
+        points[:, 2] = world.bodies.floor
+        points[~world.bodies.inside] = paper.ABSENT_POINT
+    robots = [
+        [(*robot.position.tolist(), robot.floor) for robot in world.robots]
+        for world in worlds
+    ]
+    work = [robots_at_work(world) for world in worlds]
+    return humans, np.reshape(robots, (len(worlds), -1, 3)), np.stack(work)
 
 
 def robots_at_work(world: World) -> np.ndarray:
     """(R,) bool: is anybody inside on the robot's floor or above it? [C8]"""
-    here = [world.anybody_at_or_above(robot.floor) for robot in world.robots]
-    return np.array(here, dtype=bool)
+    bodies = world.bodies
+    highest = bodies.floor[bodies.inside].max(initial=-1)
+    return np.array([robot.floor <= highest for robot in world.robots], dtype=bool)
 
 
 def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.ndarray:
-    """Sort people for each robot, (R, n) indices.
+    """Sort people for each robot, (S, R, n) indices.
 
     [C4, deviation] The paper's agents of a floor observe the same; ours the same in an
     order of their own, since identical inputs could not tell two mates apart.
@@ -205,11 +214,11 @@ def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.nd
     below; nearer floors first, `ABSENT_POINT` last. Within a floor by distance in
     metres.
     """
-    off = humans - robots[:, None]
+    off = humans[:, None] - robots[:, :, None]
     metres = lengths(off)
     up = off[..., 2]
     rank = np.where(up >= 0, up, floors - up)
-    return np.lexsort((metres, rank), axis=1)
+    return np.lexsort((metres, rank), axis=-1)
 
 
 # -- Normalised coordinates --------------------------------------------------------
@@ -241,15 +250,24 @@ def grid(world: World) -> np.ndarray:
     fills the north-west corner and the rest is 0.
     """
     building = world.building
-    kind = _main_body(building.kind, building)
     burning = _main_body(world.flames.burning, building)
+    floors, rows, cols = burning.shape
+    cells = _unchanging(building, grid_shape(building)).copy()
+    cells[floors : 2 * floors, :rows, :cols] = burning
+    return cells
+
+
+@lru_cache(maxsize=8)
+def _unchanging(building: Building, shape: tuple[int, int, int]) -> np.ndarray:
+    """Draw the grid's walls and ways out."""
+    kind = _main_body(building.kind, building)
     has_exit = (building.kind == Kind.EXIT).any(axis=(1, 2), keepdims=True)
     ways_out = np.where(has_exit, kind == Kind.EXIT, kind == Kind.ENTRANCE)
 
-    channels = np.concatenate([kind == Kind.WALL, burning, ways_out])
-    _, rows, cols = channels.shape
-    cells = np.zeros(grid_shape(building), dtype=np.uint8)
-    cells[:, :rows, :cols] = channels
+    floors, rows, cols = kind.shape
+    cells = np.zeros(shape, dtype=np.uint8)
+    cells[:floors, :rows, :cols] = kind == Kind.WALL
+    cells[-floors:, :rows, :cols] = ways_out
     return cells
 
 

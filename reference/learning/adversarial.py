@@ -7,7 +7,6 @@ functions and adds workers and checkpoints.
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from reference import former_names
 from reference.building import building_of
 from reference.fire import FireStrategy
 from reference.game.environment import until_next_decision
@@ -74,6 +73,3 @@ def learner_for(
     """Make a side's new learner; `trainer_type` says which [E1] [E2]."""
     sizes = settings.codec(side, building_of(plan), scenario).sizes
     return LEARNERS[settings.trainer_type](settings, sizes, seed)
-
-
-__getattr__ = former_names(__name__, {"adversarial": "adversarial_rounds"})

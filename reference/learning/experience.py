@@ -124,7 +124,4 @@ def minibatches(
     count = min(steps // batch_size, len(decisions) // size)
     order = torch.randperm(len(decisions), generator=rng)
     for which in order.split(size)[:count]:
-        batch = decisions.rows(which)
-        last = torch.channels_last  # in memory, as convolutions are quickest
-        batch.grids = batch.grids.to(torch.float32, memory_format=last)
-        yield batch
+        yield decisions.rows(which)

@@ -18,6 +18,7 @@ from torch.distributions import Categorical, Normal
 from torch.nn import functional
 
 from reference.game.codec import Sizes
+from reference.game.observations import GRID_KINDS
 from reference.learning.settings import TrainerSettings
 
 MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are clipped there
@@ -74,9 +75,22 @@ class GridEncoder(nn.Module):
         self.dense = linear(flat, hidden, RELU_GAIN / sqrt(flat))
 
     def forward(self, grids: Tensor) -> Tensor:
-        """(B, channels, height, width) of 0 and 1 -> (B, H)."""
-        x = grids.to(self.conv1.weight.dtype, memory_format=torch.channels_last)
-        x = functional.leaky_relu(self.conv1(x))
+        """(B, channels, height, width) of 0 and 1 -> (B, H).
+
+        A sum over kinds of channels: walls and exits, alike in a whole batch from one
+        building, are convolved once.
+        """
+        x = self.conv1.bias[:, None, None]
+        kernels = self.conv1.weight.chunk(len(GRID_KINDS), dim=1)
+        kinds = grids.chunk(len(GRID_KINDS), dim=1)
+        for cells, kernel in zip(kinds, kernels, strict=True):
+            if cells.amax(dim=0).equal(cells.amin(dim=0)):
+                cells = cells[:1]
+            cells = cells.to(kernel.dtype)
+            x = x + functional.conv2d(cells, kernel, stride=self.conv1.stride)
+        x = x.expand(len(grids), -1, -1, -1)
+        x = x.contiguous(memory_format=torch.channels_last)  # conv2 is quicker so
+        x = functional.leaky_relu(x)
         x = functional.leaky_relu(self.conv2(x))
         return functional.leaky_relu(self.dense(x.flatten(1)))
 

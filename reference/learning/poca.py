@@ -18,7 +18,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from reference.learning import ppo
-from reference.learning.experience import Decisions, Trajectory
+from reference.learning.experience import Decisions, Trajectory, decisions_of
 from reference.learning.networks import (
     REFUSED,
     Sizes,
@@ -77,6 +77,10 @@ class Learner(ppo.Learner):
 
     def _critic(self) -> "GroupCritic":
         return GroupCritic(self.sizes, self.settings)
+
+    def values(self, t: Trajectory, ends: list[int]) -> tuple[Tensor, Tensor, Tensor]:
+        """Compute the group's value for each agent, its baseline, and what follows."""
+        return *self._values(decisions_of(t)), self.next_values(t, ends)
 
     def _values(self, decisions: Decisions) -> tuple[Tensor, Tensor]:
         """Compute the group's value for each agent, and its baseline: (T, G) each."""

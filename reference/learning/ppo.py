@@ -164,9 +164,9 @@ class Learner:
 
         # values
         ends = sorted({last - 1 for _, last, _ in spans})
-        decisions.values, decisions.baselines = self._values(decisions)
+        decisions.values, decisions.baselines, following = self.values(t, ends)
         next_values = torch.zeros_like(decisions.values)
-        next_values[ends] = self.next_values(t, ends)
+        next_values[ends] = following
 
         # targets, segment by segment
         for first, last, agents in spans:
@@ -181,21 +181,16 @@ class Learner:
             decisions.returns[span, agents] = R
         return decisions
 
-    def _values(self, decisions: Decisions) -> tuple[Tensor, Tensor]:
-        """Compute values (T, G); and baselines: zeros, since PPO has none."""
-        values = self.critic(decisions.vectors, decisions.grids)
-        return values, torch.zeros_like(values)
+    def values(self, t: Trajectory, ends: list[int]) -> tuple[Tensor, Tensor, Tensor]:
+        """Compute values and baselines (T, G), and values after the decisions `ends`.
 
-    def next_values(self, t: Trajectory, ends: list[int]) -> Tensor:
-        """Compute the values after the decisions `ends`: (len(ends), G).
-
-        0 for agents that are done, the next observation's value for those cut off.
+        PPO's baselines are 0. After `ends`: (len(ends), G), 0 for agents that are done,
+        the next observation's value for those cut off.
         """
+        values = self.critic(torch.from_numpy(t.vectors), torch.from_numpy(t.grids))
         after = [end + 1 for end in ends]
-        values = self.critic(
-            torch.from_numpy(t.vectors[after]), torch.from_numpy(t.grids[after])
-        )
-        return values * torch.from_numpy(t.alive[after])
+        following = values[after] * torch.from_numpy(t.alive[after])
+        return values[:-1], torch.zeros_like(values[:-1]), following
 
     def targets(
         self, rewards: Tensor, values: Tensor, baselines: Tensor, next_value: Tensor
@@ -258,7 +253,7 @@ class Learner:
         self, batch: Decisions, epsilon: float
     ) -> tuple[Tensor, dict[str, Tensor]]:
         """The critic's part of the loss, and what to report of it."""
-        values, _ = self._values(batch)
+        values = self.critic(batch.vectors, batch.grids)
         value = value_loss(values[batch.alive], batch.returns[batch.alive])
         return 0.5 * value, {"Losses/Value Loss": value}
 

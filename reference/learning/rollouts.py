@@ -5,26 +5,22 @@ an episode's randomness depends on its own seed alone.
 """
 
 from collections.abc import Callable, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from reference.building import building_of
+from reference.building import Building, building_of
 from reference.fire import FireStrategy
 from reference.game.codec import Moment, decided
-from reference.game.environment import (
-    FIRE,
-    Environment,
-    Observations,
-    until_next_decision,
-)
+from reference.game.environment import AgentFire, AgentRobots, until_next_decision
 from reference.game.observations import robots_at_work
 from reference.learning.experience import RECORDED, Record, Trajectory
 from reference.learning.players import LearnedNetwork, Player
 from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
-from reference.rewards import fire_reward
+from reference.rewards import fire_reward, group_reward
 from reference.robots import RobotStrategy
 from reference.simulation import Simulation
 from reference.world import FireRefused
@@ -67,16 +63,12 @@ def play(*jobs: Job, advance: Advance = until_next_decision) -> list[Episode]:
     """
     games = [_begin_episodes(job) for job in jobs]
     runs = [run for game in games for run in game]
-    running = [run for run in runs if not run.simulation.done]
-    while running:
+    while running := [run for run in runs if not run.simulation.done]:
         for game in games:
-            _decide([run for run in game if not run.simulation.done])
-        for run in running:
-            run.environment.begin_step(run.decisions)
+            _decide([run for run in game if run in running])
         advance([run.simulation for run in running])
         for run in running:
             run.end_step()
-        running = [run for run in running if not run.simulation.done]
     return [run.episode() for run in runs]
 
 
@@ -84,16 +76,11 @@ def _begin_episodes(job: Job) -> "list[_RunningEpisode]":
     """Begin a job's episodes."""
     building = building_of(job.plan)
     players: dict[Side, Player] = {}
-    strategies: dict[Side, Any] = {"robots": job.robots, "fire": job.fire}
-    for side, who in strategies.items():
+    for side in SIDES:
+        who = getattr(job, side)
         if isinstance(who, LearnedNetwork):
             players[side] = who.player(side, building, job.scenario)
-            strategies[side] = None  # its agents act
-    runs = []
-    for seed in job.seeds:
-        environment = Environment(building, job.scenario, **strategies)
-        runs.append(_RunningEpisode(environment, seed, players, job.record))
-    return runs
+    return [_RunningEpisode(job, building, players, seed) for seed in job.seeds]
 
 
 def _decide(running: "Sequence[_RunningEpisode]") -> None:
@@ -101,53 +88,66 @@ def _decide(running: "Sequence[_RunningEpisode]") -> None:
     if not running:
         return
     for side, player in running[0].players.items():
-        moments = [run.moment(side) for run in running]
-        asked = [k for k, moment in enumerate(moments) if moment.alive.any()]
+        asked = [run for run in running if run.acting(side).any()]
         if asked:
-            rows, records = player.act([moments[k] for k in asked])
-            for k, chosen, record in zip(asked, rows, records, strict=True):
-                running[k].choose(side, chosen, record)
+            rows, records = player.act(_moments(asked, side))
+            for run, chosen, record in zip(asked, rows, records, strict=True):
+                run.choose(side, chosen, record)
+
+
+def _moments(runs: "Sequence[_RunningEpisode]", side: Side) -> list[Moment]:
+    """Collect what the side's player needs, all worlds observed at once."""
+    codec = runs[0].players[side].codec
+    seen = codec.observe([run.simulation.world for run in runs])
+    return [run.moment(side, vectors) for run, vectors in zip(runs, seen, strict=True)]
 
 
 class _RunningEpisode:
     """One running episode: what its recorded sides see, do and are paid.
 
-    vectors, decisions  by agent, the last ones;  agents, records, rewards  by side
+    agents  strategies that do what players choose;  decisions  of the robots, so far
+    stays   (R,) bool, robots that have not left;  there  those that had not a step ago
+    seen    (R, V) what robots observed last;  records, rewards  by side
     """
 
     def __init__(
-        self,
-        environment: Environment,
-        seed: int,
-        players: dict[Side, Player],
-        record: Sequence[Side],
+        self, job: Job, building: Building, players: dict[Side, Player], seed: int
     ):
-        self.environment = environment
-        self.seed = seed
         self.players = players
-        seen, self.infos = environment.reset(seed)
-        self.simulation = environment.simulation
-        self.vectors: dict[str, np.ndarray] = {}
-        self._observe(seen)
-        self.decisions: dict[str, Any] = dict.fromkeys(seen)
-        self.agents: dict[Side, list[str]] = {
-            "robots": [agent for agent in seen if agent != FIRE],
-            "fire": [agent for agent in seen if agent == FIRE],
+        self.seed = seed
+        self.agents: dict[Side, Any] = {"robots": AgentRobots(), "fire": AgentFire()}
+        sides: dict[str, Any] = {
+            side: agents if side in players else deepcopy(getattr(job, side))
+            for side, agents in self.agents.items()
         }
+        self.simulation = Simulation(building, job.scenario, **sides, seed=seed)
+        self.told = 0  # events
+        self.decisions = 0
+        self.there = self.stays = np.ones(len(self.simulation.world.robots), bool)
+        self.seen = np.zeros((), dtype=np.float32)
         self.rngs = {  # beside the simulation's own
             side: np.random.default_rng([seed, k]) for k, side in enumerate(SIDES, 1)
         }
-        recorded = [side for side in players if side in record]
+        recorded = [side for side in players if side in job.record]
         self.records: dict[Side, list[Record]] = {side: [] for side in recorded}
         self.rewards: dict[Side, list[float]] = {side: [] for side in recorded}
 
-    def moment(self, side: Side) -> Moment:
-        """Collect what the side's player needs; alive: whose actions are read now."""
-        agents = self.agents[side]
-        acts = [a in self.infos and self.infos[a]["acts"] > 0 for a in agents]
+    def acting(self, side: Side) -> np.ndarray:
+        """(G,) bool: whose actions are read now?"""
+        if side == "robots":
+            return robots_at_work(self.simulation.world)
+        return np.array([self.simulation.fire_turn])
+
+    def moment(self, side: Side, vectors: np.ndarray) -> Moment:
+        """Collect what the side's player needs; vectors: (G, V), what agents observe.
+
+        A robot that has left keeps what it observed last.
+        """
+        if side == "robots":
+            vectors = self.seen = np.where(self.there[:, None], vectors, self.seen)
         return Moment(
-            vectors=np.stack([self.vectors[agent] for agent in agents]),
-            alive=np.array(acts),
+            vectors=vectors,
+            alive=self.acting(side),
             world=self.simulation.world,
             rng=self.rngs[side],
             seed=self.seed,
@@ -155,32 +155,30 @@ class _RunningEpisode:
 
     def choose(self, side: Side, chosen: np.ndarray, record: Record) -> None:
         """Take a decision, and record it with no reward yet."""
-        decisions = map(decided, chosen)
-        self.decisions.update(zip(self.agents[side], decisions, strict=True))
+        decisions = list(map(decided, chosen))
+        if side == "robots":
+            bodies = [robot.body for robot in self.simulation.world.robots]
+            self.agents[side].chosen = dict(zip(bodies, decisions, strict=True))
+        else:
+            (self.agents[side].chosen,) = decisions
         if side in self.records:
             self.records[side].append(record)
             self.rewards[side].append(0.0)
 
     def end_step(self) -> None:
-        """End the environment's step: see what agents observe, and pay them."""
-        seen, rewards, _, _, self.infos = self.environment.end_step()
-        self._observe(seen)
-        for side in self.rewards:
-            self._pay(side, rewards)
-
-    def _observe(self, seen: Observations) -> None:
-        """Keep what each agent observed last."""
-        self.vectors |= {agent: observed["vector"] for agent, observed in seen.items()}
-
-    def _pay(self, side: Side, rewards: dict[str, float]) -> None:
-        """Add the reward, the same for all of a side's agents, to its last decision.
+        """Pay a side's last decision, the same for all agents; see who has left.
 
         Rewards before its first decision are not learned from.
         """
-        paid = self.rewards[side]
-        earned = [rewards[agent] for agent in self.agents[side] if agent in rewards]
-        if paid and earned:
-            paid[-1] += earned[0]
+        events = self.simulation.events[self.told :]
+        self.told += len(events)
+        earned = {"robots": group_reward(events), "fire": fire_reward(events)}
+        for side, paid in self.rewards.items():
+            if paid:
+                paid[-1] += earned[side]
+        self.decisions += 1
+        self.there = self.stays
+        self.stays = robots_at_work(self.simulation.world)
 
     def episode(self) -> Episode:
         """Make the whole episode, once it is over."""
@@ -195,7 +193,7 @@ class _RunningEpisode:
             "refused": sum(isinstance(e, FireRefused) for e in events),
             "sources": len(self.simulation.world.flames.sources),
             "seconds": outcome.simulated_seconds,
-            "length": self.environment.decision,
+            "length": self.decisions,
         }
         return Episode(
             seed=self.seed,
@@ -210,7 +208,7 @@ class _RunningEpisode:
         if not records:
             return None
         codec = self.players[side].codec
-        last = [self.moment(side)]
+        last = _moments([self], side)
         columns = {name: [row[name] for row in records] for name in RECORDED}
         columns["vectors"].extend(codec.read(last))
         columns["grids"].extend(codec.grids(last))

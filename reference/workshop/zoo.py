@@ -162,7 +162,8 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
     def state(self) -> np.ndarray:
         """(V,) float32: everything, from nobody's point of view, now."""
         world = self.environment.simulation.world
-        return observations.fire_vector(world, self.scenario)
+        ((vector,),) = observations.fire_vectors([world], self.layout)
+        return vector
 
     def render(self) -> np.ndarray:
         """Draw the picture of a film's frame: (height, width, 3) uint8."""

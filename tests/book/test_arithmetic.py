@@ -86,7 +86,9 @@ UNSAFE |= {"hypot", "dist", "norm", "einsum"}
 """Functions whose last digit IEEE 754 leaves open, or whose order of adding."""
 
 MODULES = """building navigation world rewards fire view humans robots motion walking
-simulation game/observations workshop/lockstep workshop/strategies/fires
+simulation game/observations workshop/engine/sees workshop/engine/thinks
+workshop/engine/walks workshop/engine/robots workshop/engine/burns
+workshop/engine/ticks workshop/engine/tables workshop/strategies/fires
 workshop/strategies/guard workshop/strategies/guides workshop/strategies/observed
 workshop/strategies/traffic workshop/strategies/worst_case"""
 

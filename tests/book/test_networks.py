@@ -90,6 +90,27 @@ def test_the_simple_encoder_makes_288_features_of_40_by_40():
     assert torch.allclose(encoder(grids), found, atol=1e-6)
 
 
+@pytest.mark.paper("C3")
+@pytest.mark.parametrize("alike", [(), (0, 1, 2), (0, 1, 2, 6, 7, 8), range(9)])
+def test_channels_alike_in_a_batch_are_convolved_once_with_the_same_result(alike):
+    """Batches of two buildings, of one, and of one in which nothing happens."""
+    encoder = GridEncoder((9, 40, 40), 16).double()
+    grids = torch.randint(0, 2, (4, 9, 40, 40), dtype=torch.uint8)
+    grids[:, list(alike)] = grids[:1, list(alike)]
+    weights = [encoder.conv1.weight, encoder.conv1.bias]
+    x = leaky_relu(encoder.conv1(grids.double()), 0.01)
+    x = leaky_relu(encoder.conv2(x), 0.01)
+    expected = leaky_relu(encoder.dense(x.flatten(1)), 0.01)
+    found = encoder(grids)
+    assert found.shape == expected.shape
+    assert torch.allclose(found, expected, atol=1e-12)
+    gradients = [
+        torch.autograd.grad(y.square().sum(), weights) for y in (found, expected)
+    ]
+    for one, other in zip(*gradients, strict=True):
+        assert torch.allclose(one, other, atol=1e-12)
+
+
 @pytest.mark.paper("C4", "E2")
 @pytest.mark.parametrize("kind", [Actor, Critic])
 def test_a_group_s_image_is_encoded_once_as_if_for_each_agent(kind):

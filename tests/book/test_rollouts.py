@@ -16,7 +16,7 @@ from reference.learning.adversarial import adversarial_rounds, learner_for, play
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import SIDES
 from reference.paper import Scenario
-from reference.workshop.lockstep import advance_in_lockstep
+from reference.workshop.engine import together
 from reference.workshop.maps import load, plan_of
 
 TINY = plan_of(load("tiny"))
@@ -101,7 +101,7 @@ def test_jobs_played_at_once_are_as_if_played_alone():
         Job(TINY, scene, other, NoFire(), seeds=(3,)),
     ]
     alone = [episode for job in jobs for episode in play(job)]
-    for one, other in zip(alone, play(*jobs, advance=advance_in_lockstep), strict=True):
+    for one, other in zip(alone, play(*jobs, advance=together), strict=True):
         assert one.facts == other.facts
         assert same(vars(one.robots), vars(other.robots))
 

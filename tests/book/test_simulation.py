@@ -18,7 +18,7 @@ from reference.fire import RandomFire
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import maps
-from reference.workshop.lockstep import run_in_lockstep
+from reference.workshop.engine import to_the_end
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.world import Died, Evacuated, Fate, LeftFloor
 
@@ -166,7 +166,7 @@ def buildings(draw):
 )
 @settings(max_examples=12, suppress_health_check=[HealthCheck.too_slow])
 def test_nothing_impossible_happens_in_any_building(building, scene, robots, seed):
-    """Whatever map `check` accepts; a copy, and a run in lockstep, end alike."""
+    """Whatever map `check` accepts; a copy, and a run of many together, end alike."""
     sides = [(ROBOTS[robots](), RandomFire()) for _ in range(3)]
     sim, twin, beside = (
         Simulation(building, scene, *side, seed + k)
@@ -176,7 +176,7 @@ def test_nothing_impossible_happens_in_any_building(building, scene, robots, see
     wait(twin, 10)
     wait(beside, 10)
     copied = twin.copy()
-    run_in_lockstep([twin, beside])
+    to_the_end([twin, beside])
     copied.run()
     assert same(bodies(sim), bodies(copied)) and same(bodies(sim), bodies(twin))
     assert sim.events == copied.events == twin.events

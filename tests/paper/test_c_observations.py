@@ -50,12 +50,14 @@ def played(name, seed, seconds, **scenario):
 
 def vectors(sim):
     """(R, V) what the robots observe."""
-    return observations.robot_vectors(sim.world, sim.scenario)
+    layout = observations.vector_layout(sim.building, sim.scenario)
+    return observations.robot_vectors([sim.world], layout)[0]
 
 
 def fire_vector(sim):
     """(V,) what the fire observes."""
-    return observations.fire_vector(sim.world, sim.scenario)
+    layout = observations.vector_layout(sim.building, sim.scenario)
+    return observations.fire_vectors([sim.world], layout)[0, 0]
 
 
 def decoded(sim, k=0):

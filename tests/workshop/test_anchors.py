@@ -10,7 +10,6 @@ from torch.distributions import Independent, MixtureSameFamily
 
 from reference.fire import burnable
 from reference.game.codec import Moment, decided
-from reference.game.observations import fire_vector
 from reference.learning.networks import REFUSED
 from reference.navigation import navigation_of
 from reference.paper import Scenario
@@ -124,7 +123,7 @@ def test_where_a_fire_burns_none_is_lit_again():
     K = len(fire.anchors)
 
     def allowed():
-        vectors = fire_vector(world, scenario)[None]
+        (vectors,) = fire.observe([world])
         moment = Moment(vectors, np.ones(1, dtype=bool), world)
         return fire.read([moment])[0, 0, 3 * K : 4 * K]
 

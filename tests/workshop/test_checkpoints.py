@@ -7,13 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from movies import shipped, turns
+from movies import shipped
 from trainings import begun, equal, room_for, tiny
 
 from reference.fire import RandomFire
 from reference.game.codec import Moment, decided
-from reference.game.environment import Environment, until_next_decision
-from reference.game.observations import robot_vectors
+from reference.game.environment import AgentRobots, until_next_decision
 from reference.paper import InputError
 from reference.robots import NoRobots
 from reference.simulation import Simulation
@@ -193,21 +192,20 @@ def test_learned_policies_play_both_sides_of_an_evacuation(path):
 
 
 def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path):
-    """The environment's robots, told the mean actions, go the same ways."""
+    """Robots that are told the mean actions go the same ways."""
     policy = LearnedRobots(path)
     alone = Simulation(OFFICE, SMALL, policy, RandomFire(), seed=7)
-    environment = Environment(OFFICE, SMALL, fire=RandomFire())
-    environment.reset(seed=7)
-    for _ in turns(environment):
-        world = environment.simulation.world
-        vectors = robot_vectors(world, SMALL)
+    agents = AgentRobots()
+    guided = Simulation(OFFICE, SMALL, agents, RandomFire(), seed=7)
+    while not guided.done:
+        world = guided.world
+        (vectors,) = policy.player.codec.observe([world])
         moment = Moment(vectors, np.ones(len(vectors), bool), world)
         (rows,), _ = policy.player.act([moment])
-        names = [f"robot_{k}" for k in range(len(vectors))]
-        environment.begin_step(dict(zip(names, map(decided, rows), strict=True)))
-        until_next_decision([environment.simulation])
-        environment.end_step()
-    assert alone.run() == environment.simulation.outcome()
+        bodies = [robot.body for robot in world.robots]
+        agents.chosen = dict(zip(bodies, map(decided, rows), strict=True))
+        until_next_decision([guided])
+    assert alone.run() == guided.outcome()
 
 
 def test_copies_of_a_simulation_share_the_network(path):

@@ -8,6 +8,8 @@ import subprocess
 import sys
 import time
 from concurrent.futures import BrokenExecutor, Future
+from dataclasses import replace
+from importlib.util import find_spec
 from inspect import getdoc
 from subprocess import PIPE
 
@@ -453,26 +455,79 @@ def test_a_mistake_of_our_own_is_not_told_as_the_users(monkeypatch):
         main(["check", "tiny"])
 
 
+@pytest.fixture
+def quick_bench(monkeypatch):
+    """Measure a little of each thing."""
+    nine = bench.Crowd(9, "none", "none", 2.0, 1)
+    many = replace(nine, people=10**5)
+    monkeypatch.setattr(bench, "crowd_cases", lambda: {"9": nine, "too many": many})
+    monkeypatch.setattr(bench, "BATCHES", 1)
+    monkeypatch.setattr(bench, "FIRST_DECISION", "print(0.5)")
+
+
+NO_NUMBA = find_spec("numba") is None
+WITH_OR_WITHOUT = (
+    pytest.param(
+        "", marks=[pytest.mark.extra, pytest.mark.skipif(NO_NUMBA, reason="no numba")]
+    ),
+    "numba is not installed",
+)
+
+
 @pytest.mark.slow
-def test_bench_measures_the_world_both_learners_and_rollouts(capsys, monkeypatch):
-    """Each in its unit per second; for people a line for each figure."""
-    monkeypatch.setattr(
-        bench, "crowd_cases", lambda: {"9": (9, 2.0), "too many": (10**5, 1.0)}
-    )
-    for name in ("REPEATS", "BATCHES"):
-        monkeypatch.setattr(bench, name, 1)
+@pytest.mark.parametrize("missing", WITH_OR_WITHOUT)
+def test_bench_measures_the_world_both_learners_and_rollouts(
+    missing, quick_bench, capsys, monkeypatch
+):
+    """By the book and by the engine; without it, it says why the column is empty."""
+    monkeypatch.setattr(bench, "why_no_engine", lambda: missing)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert main(["bench", "--building", "tiny", "--json"]) == 0
     out, shown = capsys.readouterr()
-    assert "9:   0%" in shown and "laptop:   0%" in shown
+    assert "crowds:   0%" in shown
+    assert "presets:   0%" in shown
+    assert ("numba is not installed" in shown) == bool(missing)
+
     facts = json.loads(out)
-    assert [list(found) for found in facts.values()] == [
-        ["tiny"],
-        ["9"],
-        ["paper", "laptop"],
-        ["paper, robots", "paper, fire", "laptop, robots", "laptop, fire"],
+    assert {what: list(cases) for what, cases in facts.items()} == {
+        "load_seconds": ["tiny"],
+        "compile_seconds": ["from nothing", "from the cache"],
+        "microseconds_per_tick": ["9"],
+        "person_seconds_per_second": ["9"],
+        "decisions_per_second": ["paper", "laptop"],
+        "samples_per_second": [
+            "paper, robots",
+            "paper, fire",
+            "laptop, robots",
+            "laptop, fire",
+        ],
+    }
+    for cases in facts.values():
+        for figures in cases.values():
+            for player, figure in figures.items():
+                if player == "engine" and missing:
+                    assert figure is None
+                else:
+                    assert figure > 0
+
+
+def test_bench_prints_one_table(capsys, monkeypatch):
+    """Book beside engine, in three digits, and how many times as fast it is."""
+    measured = {
+        "microseconds_per_tick": {"alone": {"book": 353.16, "engine": 14.16}},
+        "load_seconds": {"tiny": {"both": 0.0123}},
+        "compile_seconds": {"from nothing": {"engine": None}},
+    }
+    monkeypatch.setattr(bench, "measure_speed", lambda name, seed: measured)
+    monkeypatch.setattr(bench, "why_no_engine", lambda: "")
+    assert main(["bench"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split() for line in lines] == [
+        ["what", "of", "what", "book", "engine", "times"],
+        ["microseconds", "per", "tick", "alone", "353", "14.20", "24.9"],
+        ["load", "seconds", "tiny", "0.01", "same"],
+        ["compile", "seconds", "from", "nothing", "-", "-"],
     ]
-    assert all(speed > 0 for found in facts.values() for speed in found.values())
 
 
 # -- All of them --------------------------------------------------------------------

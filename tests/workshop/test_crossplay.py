@@ -105,7 +105,7 @@ def test_it_does_not_matter_who_does_the_jobs(small):
 
 def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     """Stopped after two runs; then only the others are played, to the same end."""
-    monkeypatch.setattr(runs, "IN_LOCKSTEP", 2)
+    monkeypatch.setattr(runs, "RUNS_PER_JOB", 2)
     monkeypatch.setattr(runs, "JOBS_PER_WORKER", 1)
     folder = Path("stopped")
     whole = Path("whole")

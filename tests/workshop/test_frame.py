@@ -9,7 +9,7 @@ from movies import shipped, stage, wait
 from reference.building import Kind
 from reference.fire import RandomFire, burnable
 from reference.game.codec import decided
-from reference.game.observations import robot_vectors, vector_layout
+from reference.game.observations import vector_layout
 from reference.navigation import navigation_of
 from reference.paper import SIGHT_RANGE, Scenario
 from reference.robots import actual_target, said_on_the_way
@@ -59,7 +59,7 @@ def seen(sim, masks=False, going=None):
     aims = robot_destinations(sim.world)
     if going is not None:
         aims[:] = to_normalised(sim.building, np.array(going))
-    found = frame.numbers(robot_vectors(sim.world, sim.scenario), aims)
+    found = frame.numbers(frame.observe([sim.world])[0], aims)
     assert np.isfinite(found).all() and found.shape[1] == frame.size
     return frame, found
 
@@ -101,7 +101,7 @@ def test_what_moves_together_looks_the_same_to_a_robot():
     sim = stage(HALL, sources=2)
     frame = frame_of(sim)
     layout = vector_layout(sim.building, sim.scenario)
-    vectors = robot_vectors(sim.world, sim.scenario)
+    (vectors,) = frame.observe([sim.world])
     layout.read(vectors, "fires")[:] = (3.0, 1.0, 0.0)
     moved = vectors.copy()
     for part in ("humans", "robots", "fires"):
@@ -123,7 +123,7 @@ def test_a_destination_is_the_robot_s_place_and_ten_metres_for_each_unit():
     """Clipped to the main body; `raw` reads it back."""
     sim = stage(HALL)
     frame, _ = seen(sim)
-    vectors = robot_vectors(sim.world, sim.scenario)[:1]
+    vectors = frame.observe([sim.world])[0, :1]
     robot = sim.world.robots[0]
     said = frame.metres(np.array([[0.2, -0.1]]), vectors)
     x, y = robot.position
@@ -141,7 +141,7 @@ def test_to_keep_is_to_decide_once_more_what_was_decided(name):
     kept = 0
     for sim in evacuation(name):
         frame, found = seen(sim)
-        vectors = robot_vectors(sim.world, sim.scenario)
+        (vectors,) = frame.observe([sim.world])
         places, allowed = anchors(frame, found)
         said = frame.metres(places[:, KEEP], vectors)
         for k, robot in enumerate(sim.world.robots):

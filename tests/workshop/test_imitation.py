@@ -10,8 +10,8 @@ from trainings import TINY, begun, tiny
 
 from reference.building import building_of
 from reference.fire import RandomFire
-from reference.game.codec import Moment
-from reference.game.observations import from_normalised, robot_vectors
+from reference.game.codec import Moment, PolicyCodec
+from reference.game.observations import from_normalised
 from reference.learning.adversarial import player_of
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.players import LearnedNetwork
@@ -36,7 +36,7 @@ def after_8_s(scenario):
     """What robots decide from, in an evacuation that `sweep` guides."""
     sim = Simulation(building_of(TINY), scenario, Sweep(), RandomFire(), 1)
     wait(sim, 8)
-    vectors = robot_vectors(sim.world, sim.scenario)
+    (vectors,) = PolicyCodec("robots", sim.building, scenario).observe([sim.world])
     return Moment(vectors, np.ones(len(vectors), dtype=bool), sim.world)
 
 

@@ -68,8 +68,8 @@ def test_the_table_explains_all_167_numbers(simulation):
     """Each is in one line, with the words of the layout and the first values."""
     world = simulation.world
     scenario = simulation.scenario
-    vector = observations.robot_vectors(world, scenario)[0]
     layout = observations.vector_layout(world.building, scenario)
+    vector = observations.robot_vectors([world], layout)[0, 0]
     lines = senses.number_table(vector, layout.blocks.values())
     assert [line[:2] for line in lines] == [
         ("0 to 119", "40 × human: x, y, storey (m, m, storey)"),

@@ -10,7 +10,7 @@ from trainings import begun
 
 from reference.beginning import world_with_people_at
 from reference.fire import NoFire, Spread, free_places
-from reference.game.observations import fire_vector, vector_layout
+from reference.game.observations import fire_vectors, vector_layout
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.robots import NoRobots
@@ -102,7 +102,7 @@ def test_its_cost_is_linear_in_the_number_of_decisions(monkeypatch):
     """Four futures at most at every decision, whatever was decided before."""
     begun = []
     monkeypatch.setattr(
-        "reference.workshop.strategies.worst_case.run_in_lockstep",
+        "reference.workshop.strategies.worst_case.to_the_end",
         lambda futures: begun.append(len(futures)),
     )
     for sources in (0, 1, 2):
@@ -131,16 +131,16 @@ def test_errors_shift_points_that_are_observed_and_nothing_else():
     sim = observers(20)
     rng = np.random.default_rng(1)
     layout = vector_layout(sim.building, sim.scenario)
-    before = fire_vector(sim.world, sim.scenario)
-    off = fire_vector(with_errors(sim.world, 2.0, rng), sim.scenario) - before
+    before = fire_vectors([sim.world], layout)
+    off = fire_vectors([with_errors(sim.world, 2.0, rng)], layout) - before
     for name in layout.blocks:
-        rows = layout.read(off, name)
+        rows = layout.read(off[0, 0], name)
         if name in ("humans", "robots", "fires"):
             there = layout.read(before, name)[:, 2] >= 0
             assert 1 < np.abs(rows[there, :2]).max() <= 2 and not rows[:, 2].any()
             rows = rows[~there]
         assert not rows.any()
-    assert np.array_equal(fire_vector(sim.world, sim.scenario), before)
+    assert np.array_equal(fire_vectors([sim.world], layout), before)
     seen, exact = (with_errors(sim.world, most, rng) for most in (9.0, 0.0))
     assert sim.building.walkable.flat[seen.bodies.place].all()
     for name in ("place", "position"):

@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from reference import Scenario, Simulation, load
-from reference.workshop.lockstep import run_in_lockstep
+from reference.workshop.engine import to_the_end
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES, ROBOTS
 
@@ -35,7 +35,7 @@ if __name__ == "__main__":
                 Simulation(load("paper"), scenario, *both, seed)
                 for both, seed in zip(sides, seeds, strict=True)
             ]
-            run_in_lockstep(runs)
+            to_the_end(runs)
             ends = [run.outcome() for run in runs]
             saved = 100 * np.mean([end.evacuated / end.people for end in ends])
             reward = np.mean([end.reward for end in ends])

@@ -17,7 +17,7 @@ import numpy as np
 from reference import Scenario, Simulation, load
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.lockstep import run_in_lockstep
+from reference.workshop.engine import to_the_end
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.fires import FixedFire
 from reference.workshop.strategies.guard import Guard
@@ -30,7 +30,7 @@ def evacuations(robots, fire, seeds):
         for seed in seeds
     ]
     with one_thread():
-        run_in_lockstep(runs)
+        to_the_end(runs)
     return runs
 
 

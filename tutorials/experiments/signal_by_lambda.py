@@ -14,7 +14,7 @@ from pathlib import Path
 
 from reference.learning.adversarial import player_of
 from reference.learning.rollouts import Job, play
-from reference.workshop.lockstep import advance_in_lockstep
+from reference.workshop.engine import together
 from reference.workshop.storage.workers import chunks, one_thread
 from reference.workshop.strategies import FIRES
 from reference.workshop.training.checkpoints import load_checkpoint
@@ -22,13 +22,13 @@ from reference.workshop.training.gradient import measure_signal
 from reference.workshop.training.rounds import Training
 
 LAMBDAS = 0.0, 0.5, 0.8, 0.95, 1.0
-IN_LOCKSTEP = 8
+EPISODES_PER_JOB = 8
 
 
 def played(job):
     """Play a job; return what its robots saw, did and earned."""
     with one_thread():
-        return [episode.robots for episode in play(job, advance=advance_in_lockstep)]
+        return [episode.robots for episode in play(job, advance=together)]
 
 
 if __name__ == "__main__":
@@ -46,7 +46,7 @@ if __name__ == "__main__":
 
     # Robots play as they are.
     who = player_of(learner)
-    seeds = chunks(range(asked.seed, asked.seed + asked.episodes), IN_LOCKSTEP)
+    seeds = chunks(range(asked.seed, asked.seed + asked.episodes), EPISODES_PER_JOB)
     jobs = [
         Job(plan, scenario, who, FIRES[name](), some)
         for name in asked.fire

@@ -21,7 +21,7 @@ import numpy as np
 from reference import Scenario, Simulation, load
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.lockstep import run_in_lockstep
+from reference.workshop.engine import to_the_end
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import guides
 from reference.workshop.strategies.guard import Guard
@@ -56,7 +56,7 @@ def as_observer(world, robots, way_of):
 
 def way_by(outside, robot, landmark):
     """The way out by a landmark, wherever it is cheaper by another."""
-    return Way(landmark, float(outside[landmark, robot.place]), outside[landmark])
+    return Way(landmark, float(outside[landmark][robot.place]), outside[landmark])
 
 
 class OneWayOutEach:
@@ -88,7 +88,7 @@ class Faithful:
         kept = self.chosen.pop(robot.body, way.landmark)
         if not led:
             return way
-        if outside[kept, robot.place] < 3 * way.here:
+        if outside[kept][robot.place] < 3 * way.here:
             way = way_by(outside, robot, kept)
         self.chosen[robot.body] = way.landmark
         return way
@@ -124,7 +124,7 @@ def saved(name, fire, seeds):
         for seed in seeds:
             foe = strategy_named(fire, "fire")
             runs.append(Simulation(load("paper"), Scenario(), guide(), foe, seed))
-        run_in_lockstep(runs)
+        to_the_end(runs)
     outcomes = [run.outcome() for run in runs]
     return np.array([100 * o.evacuated / o.people for o in outcomes])
 

@@ -15,7 +15,7 @@ import numpy as np
 from reference import Scenario, Simulation, load
 from reference.navigation import navigation_of
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.lockstep import advance_in_lockstep
+from reference.workshop.engine import together
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.guides import guided_by
 from reference.world import Fate
@@ -63,7 +63,7 @@ class Notes:
 
 
 def evacuations(team, fire, seeds):
-    """Play them in lockstep; return notes of each."""
+    """Play them together; return notes of each."""
     scenario = Scenario()
     team = strategy_named(team, "robots")
     fire = strategy_named(fire, "fire")
@@ -77,7 +77,7 @@ def evacuations(team, fire, seeds):
         while going:
             for one in going:
                 one.note(scenario.decision_seconds)
-            advance_in_lockstep([one.run for one in going])
+            together([one.run for one in going])
             going = [one for one in going if not one.run.done]
     return notes
 

@@ -16,7 +16,7 @@ from reference import Scenario, Simulation, load
 from reference.robots import actual_target, followers_of, said_on_the_way
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.lockstep import run_in_lockstep
+from reference.workshop.engine import to_the_end
 from reference.workshop.storage.workers import one_thread
 from reference.world import NOWHERE
 
@@ -84,7 +84,7 @@ def evacuations(asked, follows):
         for seed, team in enumerate(teams, start=asked.seed)
     ]
     with one_thread():
-        run_in_lockstep(runs)
+        to_the_end(runs)
     outcomes = [run.outcome() for run in runs]
     saved = np.array([100 * o.evacuated / o.people for o in outcomes])
     return saved, sum((team.differ for team in teams), Counter())

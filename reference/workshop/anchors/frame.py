@@ -19,6 +19,7 @@ from reference.game.codec import PolicyCodec
 from reference.game.observations import from_normalised
 from reference.workshop.strategies.observed import (
     FAR,
+    Marks,
     decisions_to_next_fire,
     guess_guides,
     known_map_of,
@@ -48,28 +49,39 @@ def in_body(building: Building, metres: np.ndarray) -> np.ndarray:
     return metres.clip(low, high)
 
 
-def robot_destinations(world: World) -> np.ndarray:
-    """Find where robots under way go to: (R, 2) float32 normalised, else nan.
+def robot_destinations(*worlds: World) -> np.ndarray:
+    """Find where robots under way go to: (robots, 2) float32 normalised, else nan.
 
     The actual target of their last decision (Eq. 1), clipped to the main body: deciding
-    it again changes nothing.
+    it again changes nothing. worlds: of one building, one after the other
     """
-    spots = [r.destination if r.way else (np.nan, np.nan) for r in world.robots]
+    nowhere = [np.nan, np.nan]
+    spots = [
+        nowhere
+        if robot.destination is None or not robot.way
+        else robot.destination.tolist()
+        for world in worlds
+        for robot in world.robots
+    ]
     metres = np.array(spots, dtype=np.float64).reshape(-1, 2)
-    return to_normalised(world.building, metres).clip(-1, 1).astype(np.float32)
+    return to_normalised(worlds[0].building, metres).clip(-1, 1).astype(np.float32)
 
 
 class RobotView:
     """What robots observe, in their frames.
 
-    me     (B, 2) metres, floor (B,), place (B,): where they stand
+    points  (B, n + R + F, 3) metres of people, robots, me first, and fires;
+           people, robots, fires  slices of them;  there  which are not `ABSENT_POINT`
+    me     (B, 2) metres, floor (B,), place (B,): where they stand;  far  (B, n + R + F)
+           metres on foot from there to the points
     alone, lost, mine  (B, n) bool, people whom nobody leads, those on my floor, and
            those I lead, in the order of the vector;  order  (B, n), the frame's
     spot   (B, 2) metres, where robots are headed [C6]
     outs, feet, rims  (B, k, 2) metres,
            ways out and feet of stairs, nearest first, and where to guard, in the map's
            order, so that each keeps its number; nan for none
-    points   (B, K, 2) metres, the anchors', nan for none
+    places  (B, n + R + F) of the points
+    spots    (B, K, 2) metres of the anchors, nan for none
     anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
     """
 
@@ -86,58 +98,67 @@ class RobotView:
         blocks = codec.layout.blocks
         self.seen = {name: codec.layout.read(vectors, name) for name in blocks}
         # Metres in float64, as the simulation has them.
-        self.humans = self.seen["humans"].astype(np.float64)
-        self.robots = self.seen["robots"].astype(np.float64)
-        self.fires = self.seen["fires"].astype(np.float64)
+        parts = [self.seen[name] for name in ("humans", "robots", "fires")]
+        self.points = np.concatenate(parts, axis=1, dtype=np.float64)
+        n, more, _ = (part.shape[1] for part in parts)
+        self.people = slice(0, n)
+        self.robots = slice(n, n + more)
+        self.fires = slice(n + more, None)
 
-        own = self.robots[:, 0]
-        self.me = own[:, :2]
-        self.floor = own[:, 2].round().clip(0).astype(int)
-        self.place = self.map.places(own)
+        self.places = self.map.places(self.points)
+        self.there = self.points[..., 2] > -0.5
+        self.me = self.points[:, n, :2]
+        self.floor = self.points[:, n, 2].round().clip(0).astype(int)
+        self.place = self.places[:, n]
+        self.far = self._way(self.places)
         self._sort_people()
         self.spot = from_normalised(codec.building, headed.astype(np.float64))
-        self.outs = self._nearest_first(self.map.outs)
-        self.feet = self._nearest_first(self.map.feet)
-        self.rims = self.map.rims[self.floor]
         self._find_anchors()
 
     def _sort_people(self) -> None:
         """Sort people: lost ones, mine, my mates', others; the nearest first [C4]."""
-        place = self.map.places(self.humans)
-        inside = there(self.humans)
+        place = self.places[:, self.people]
+        inside = self.there[:, self.people]
         walking = inside & ~self.map.stairs[place]
-        robots = self.map.places(self.robots)
-        guide = guess_guides(self.map.nav, robots, there(self.robots), place, walking)
-        here = walking & (self.humans[..., 2].round() == self.floor[:, None])
+        robots = self.places[:, self.robots]
+        at_work = self.there[:, self.robots]
+        guide = guess_guides(self.map.nav, robots, at_work, place, walking)
+        storey = self.points[:, self.people, 2].round()
+        here = walking & (storey == self.floor[:, None])
         self.alone = walking & (guide == NOBODY)
         self.lost = here & self.alone
         self.mine = here & (guide == 0)
 
         groups = [self.lost, self.mine, here, inside]  # at last those out or dead
         group = np.select(groups, range(len(groups)), len(groups))
-        way = np.where(here, self._way(place), FAR)
+        way = np.where(here, self.far[:, self.people], FAR)
         self.order = np.lexsort((way, group), axis=1)
 
     def _find_anchors(self) -> None:
         """List anchors: keep, stay, ways out, feet, rims, nearest lost people [C5]."""
+        self.outs, to_outs = self._nearest_first(*self._marks(self.map.outs))
+        self.feet, to_feet = self._nearest_first(*self._marks(self.map.feet))
+        self.rims, to_rims = self._marks(self.map.rims)
+
         first = self.order[:, :NEAREST_PEOPLE]
-        people = np.take_along_axis(self.humans[..., :2], first[..., None], axis=1)
-        people[~np.take_along_axis(self.lost, first, axis=1)] = np.nan
-        self.points = np.concatenate(
-            [
-                self.spot[:, None],  # KEEP
-                self.me[:, None],  # STAY
-                self.outs,
-                self.feet,
-                self.rims,
-                people,
-            ],
-            axis=1,
-        )
-        off = self.points - self.me[:, None]
-        self.anchors: np.ndarray = np.nan_to_num(off / UNIT)
-        self.way = self._way_to(self.points)
-        self.allowed = ~np.isnan(self.points[..., 0])
+        each = np.arange(len(first))[:, None]
+        lost = self.lost[each, first]
+        people = np.where(lost[..., None], self.points[each, first, :2], np.nan)
+        to_people = np.where(lost, self.far[each, first], FAR)
+
+        headed = self.spot[:, None]
+        place = self.map.places(np.nan_to_num(headed), self.floor[:, None])
+        to_spot = np.where(np.isnan(headed[..., 0]), FAR, self._way(place))
+
+        here = self.me[:, None]
+        parts = [headed, here, self.outs, self.feet, self.rims, people]  # KEEP, WAIT
+        ways = [to_spot, 0 * to_spot, to_outs, to_feet, to_rims, to_people]
+        self.spots = np.concatenate(parts, axis=1)
+        self.way = np.concatenate(ways, axis=1)
+        self.allowed = ~np.isnan(self.spots[..., 0])
+        off = (self.spots - here) / UNIT
+        self.anchors: np.ndarray = np.where(self.allowed[..., None], off, 0.0)
+        self.to_way_out = _within(paper.AT_EXIT_METRES, self.spot, self.outs)
         if self.masks:
             self.allowed &= self.helpful()
         self.allowed[:, WAIT] = True  # a mixture of nothing has no logarithm
@@ -154,33 +175,30 @@ class RobotView:
         helps[:, outs : outs + self.outs.shape[1]] = leads[:, None]
 
         # the old destination
-        near_lost = _within(ASTRAY, self.spot, self.humans, self.lost)
+        near_lost = _within(ASTRAY, self.spot, self.points[:, self.people], self.lost)
         to_foot = _within(paper.AT_EXIT_METRES, self.spot, self.feet)
         to_rim = _within(paper.AT_EXIT_METRES, self.spot, self.rims)
-        keeps = np.where(self.to_way_out(), leads, to_foot | near_lost)
+        keeps = np.where(self.to_way_out, leads, to_foot | near_lost)
         helps[:, KEEP] = keeps | to_rim
         return helps
 
-    def to_way_out(self) -> np.ndarray:
-        """(B,) bool: is the robot headed to one [C7]?"""
-        return _within(paper.AT_EXIT_METRES, self.spot, self.outs)
-
     def numbers(self) -> np.ndarray:
         """(B, V) float32: anchors, people, robots, mates first, fires, counts, time."""
-        people = self._points(self.humans, self.alone)
-        mates = self.robots[:, 1:]
+        known = self._points()
+        each = np.arange(len(known))[:, None]
         floors = np.arange(len(self.map.free))
+        storeys = self.points[:, self.people, 2:].round()
         time = self.seen["time"]
         step = self.scenario.decision_seconds
         parts = [
             self.anchors,
             self.allowed,
-            np.take_along_axis(people, self.order[..., None], axis=1),
-            self._points(mates, there(mates)),
-            self._points(self.fires, there(self.fires)),
+            known[each, self.order],
+            known[:, self.robots][:, 1:],
+            known[:, self.fires],
             nearness(self.way),
             self.way / UNIT,
-            (self.humans[..., 2:].round() == floors).sum(axis=1) / UNIT,
+            (storeys == floors).sum(axis=1) / UNIT,
             self.seen["fires_per_floor"],
             self.floor[:, None] == floors,
             time / self.scenario.time_limit,
@@ -188,33 +206,42 @@ class RobotView:
             self.mine.sum(axis=1) / UNIT,
             self.lost.sum(axis=1) / UNIT,
             ~np.isnan(self.spot[:, 0]),
-            self.to_way_out(),
+            self.to_way_out,
         ]
         rows = [part.reshape(len(part), -1) for part in parts]
         return np.concatenate(rows, axis=1, dtype=np.float32)
 
-    def _points(self, points: np.ndarray, flag: np.ndarray) -> np.ndarray:
-        """(B, m, 5): x, y and storeys from me, near, flag; zeros for `ABSENT_POINT`."""
-        off = (points[..., :2] - self.me[:, None]) / UNIT
-        up = points[..., 2:] - self.floor[:, None, None]
-        close = nearness(self._way(self.map.places(points)))
-        parts = [off, up, close[..., None], flag[..., None]]
-        return np.concatenate(parts, axis=-1) * there(points)[..., None]
+    def _points(self) -> np.ndarray:
+        """(B, n + R + F, 5): x, y and storeys from me, near, flag; else zeros.
+
+        The flag of people: nobody leads them; of others: they are there.
+        """
+        flag = self.there.copy()
+        flag[:, self.people] = self.alone
+        known = np.empty((*flag.shape, 5))
+        known[..., :2] = (self.points[..., :2] - self.me[:, None]) / UNIT
+        known[..., 2] = self.points[..., 2] - self.floor[:, None]
+        known[..., 3] = nearness(self.far)
+        known[..., 4] = flag
+        return known * self.there[..., None]
 
     def _way(self, place: np.ndarray) -> np.ndarray:
         """Metres on foot to places (B, m)."""
         return np.minimum(metres_between(self.map.nav, self.place[:, None], place), FAR)
 
-    def _way_to(self, metres: np.ndarray) -> np.ndarray:
-        """Metres on foot to points (B, m, 2) of my floor; to nan it is FAR."""
-        place = self.map.places(np.nan_to_num(metres), self.floor[:, None])
-        return np.where(np.isnan(metres[..., 0]), FAR, self._way(place))
+    def _marks(self, marks: Marks) -> tuple[np.ndarray, np.ndarray]:
+        """Those of my floor, (B, k, 2), and metres on foot to them; FAR to none."""
+        way = self._way(marks.places[self.floor])
+        return marks.metres[self.floor], np.where(marks.none[self.floor], FAR, way)
 
-    def _nearest_first(self, marks: np.ndarray) -> np.ndarray:
-        """Sort the marks of my floor, (floors, k, 2) metres: (B, k, 2)."""
-        mine = marks[self.floor]
-        order = np.argsort(self._way_to(mine), axis=1, kind="stable")
-        return np.take_along_axis(mine, order[..., None], axis=1)
+    @staticmethod
+    def _nearest_first(
+        marks: np.ndarray, way: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Sort marks (B, k, 2) by metres on foot (B, k)."""
+        each = np.arange(len(way))[:, None]
+        order = np.argsort(way, axis=1, kind="stable")
+        return marks[each, order], way[each, order]
 
 
 def nearness(way: np.ndarray) -> np.ndarray:
@@ -222,14 +249,9 @@ def nearness(way: np.ndarray) -> np.ndarray:
     return np.where(way < FAR, 1 / (1 + way / HALFWAY), 0)
 
 
-def there(points: np.ndarray) -> np.ndarray:
-    """(...) bool: which points (..., 3) are not `ABSENT_POINT`?"""
-    return np.asarray(points[..., 2] > -0.5)
-
-
 def _within(
     metres: float, spot: np.ndarray, points: np.ndarray, which: np.ndarray | bool = True
 ) -> np.ndarray:
     """(B,) bool: is any of which points (B, m, 2 or 3) so near to a spot (B, 2)?"""
-    off = np.nan_to_num(points[..., :2] - spot[:, None], nan=np.inf)
+    off = points[..., :2] - spot[:, None]  # nan is near to nothing
     return np.asarray(((lengths(off) <= metres) & which).any(axis=1))

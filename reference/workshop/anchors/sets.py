@@ -28,7 +28,6 @@ from reference.workshop.anchors.frame import (
     WAIT,
     RobotView,
     nearness,
-    there,
 )
 from reference.workshop.strategies.guides import GROUP_RADIUS, SOON
 from reference.workshop.strategies.observed import (
@@ -201,8 +200,10 @@ def _padded(rows: Sequence[Sequence[float]], filler: float = 0) -> np.ndarray:
 class SetView(RobotView):
     """What robots observe, as sets; anchors of the map stand in the map's order.
 
-    world  (B,) of each robot;  mates  (B, M, 3) where they are
-    places, human_places, mate_places  of anchors, people and mates
+    world   (B,) of each robot;  humans  (B, n, 3), sources  (B, F, 3) points
+    mates   (B, M, 3) where they are;  mate_spots  (B, M, 2) where they are headed
+    inside  (B, n) bool, here  those on foot on my floor;  beside  (B, M) bool, mates
+    stands, at  places of people and of anchors
     """
 
     def __init__(
@@ -221,20 +222,26 @@ class SetView(RobotView):
         self.ways = known_ways_of(codec.building)
         self.burning = burning
         self.world = np.repeat(np.arange(len(burning)), len(vectors) // len(burning))
-        self.places = self.map.places(np.nan_to_num(self.points), self.floor[:, None])
-        self.human_places = self.map.places(self.humans)
-        walks = there(self.humans) & ~self.map.stairs[self.human_places]
+        self.humans = self.points[:, self.people]
+        self.sources = self.points[:, self.fires]
+        self.stands = self.places[:, self.people]
+        self.at = self.map.places(np.nan_to_num(self.spots), self.floor[:, None])
+        self.inside = self.there[:, self.people]
+        walks = self.inside & ~self.map.stairs[self.stands]
         self.here = walks & (self.humans[..., 2] == self.floor[:, None])
         self._find_mates()
 
-    def _nearest_first(self, marks: np.ndarray) -> np.ndarray:
+    @staticmethod
+    def _nearest_first(
+        marks: np.ndarray, way: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """In the map's order instead: a set has none, and the map knows their ways."""
-        return marks[self.floor]
+        return marks, way
 
     def _find_mates(self) -> None:
         """Find where the robots of the same world are, and where they are headed."""
         S = len(self.burning)
-        own = self.robots[:, 0].reshape(S, -1, 3)
+        own = self.points[:, self.robots][:, 0].reshape(S, -1, 3)
         spots = self.spot.reshape(S, -1, 2)
         G = own.shape[1]
         others = np.array([[j for j in range(G) if j != g] for g in range(G)], int)
@@ -243,9 +250,7 @@ class SetView(RobotView):
         if G == 1:  # a set has at least one element, there or not
             self.mates = np.full((S, 1, 3), paper.ABSENT_POINT)
             self.mate_spots = np.full((S, 1, 2), np.nan)
-        self.mate_places = self.map.places(self.mates)
-        beside = self.mates[..., 2].round() == self.floor[:, None]
-        self.beside = there(self.mates) & beside
+        self.beside = self.mates[..., 2] == self.floor[:, None]
 
     def shapes(self) -> SetShapes:
         """Count what `numbers` returns."""
@@ -262,7 +267,10 @@ class SetView(RobotView):
         return np.concatenate(rows, axis=1, dtype=np.float32)
 
     def _sets(self) -> list[np.ndarray]:
-        return [self._anchors(), self._people(), self._mates(), self._fires()]
+        known = self._points()
+        people = self._people(known[:, self.people])
+        fires = self._fires(known[:, self.fires])
+        return [self._anchors(), people, self._mates(), fires]
 
     # -- Anchors --------------------------------------------------------------------
 
@@ -280,13 +288,13 @@ class SetView(RobotView):
         kinds[:, WAIT, 1] = 1
         kinds[:, first + m :, 2] = 1  # people
 
-        real = ~np.isnan(self.points[..., 0])
+        real = ~np.isnan(self.spots[..., 0])
         on_way, near = self._flames()
         headed, mate_near, mate_first = self._mates_at_anchors()
         columns = [
             self.way / UNIT,
             nearness(self.way),
-            self.ways.outside[self.places] / AWAY,
+            self.ways.outside[self.at] / AWAY,
             on_way,
             near,
             self._sources(),
@@ -325,7 +333,7 @@ class SetView(RobotView):
         # feet of stairs
         of_feet[..., STAIRS] = 1
         of_feet[..., FOOT] = 1
-        on_stairs = np.where(there(self.humans), ways.well_of[self.human_places], -1)
+        on_stairs = np.where(self.inside, ways.well_of[self.stands], -1)
         coming = on_stairs[:, None] == feet[..., None]
         of_feet[..., COMING] = coming.sum(axis=-1) * (feet >= 0) / GROUP
 
@@ -348,7 +356,7 @@ class SetView(RobotView):
     def _mark_at_spot(self, marks: np.ndarray) -> np.ndarray:
         """(B, MARK_NUMBERS) of the mark where a robot is headed, or zeros."""
         first = WAIT + 1
-        off = self.points[:, first : first + marks.shape[1]] - self.spot[:, None]
+        off = self.spots[:, first : first + marks.shape[1]] - self.spot[:, None]
         metres = np.nan_to_num(lengths(off), nan=np.inf)
         found = np.take_along_axis(marks, metres.argmin(axis=1)[:, None, None], axis=1)
         at = metres.min(axis=1) <= paper.AT_EXIT_METRES
@@ -361,7 +369,7 @@ class SetView(RobotView):
             return np.zeros(self.way.shape), np.zeros(self.way.shape)
         nav = self.map.nav
         from_me = np.where(burns, metres_between(nav, self.place[:, None], p), np.inf)
-        to_anchor = metres_between(nav, self.places[..., None], p[:, None])
+        to_anchor = metres_between(nav, self.at[..., None], p[:, None])
         by_flames = (from_me[:, None] + to_anchor).min(axis=-1)
         slack = np.maximum(by_flames - self.way, 0)
         near = np.where(burns[:, None], to_anchor, np.inf).min(axis=-1)
@@ -381,8 +389,8 @@ class SetView(RobotView):
 
     def _sources(self) -> np.ndarray:
         """(B, K) nearness of the nearest source lit so far on my floor."""
-        mine = self.fires[..., 2] == self.floor[:, None]
-        metres = self._metres_to_anchors(self.fires, mine)
+        mine = self.sources[..., 2] == self.floor[:, None]
+        metres = self._metres_to_anchors(self.sources, mine)
         return nearness(metres.min(axis=-1, initial=FAR))
 
     def _count_near(self, which: np.ndarray) -> np.ndarray:
@@ -397,45 +405,47 @@ class SetView(RobotView):
 
     def _metres_to_anchors(self, points: np.ndarray, which: np.ndarray) -> np.ndarray:
         """(B, K, k) metres from anchors to which of the points (B, k, 2 or 3)."""
-        x = self.points[..., :1] - points[:, None, :, 0]
-        y = self.points[..., 1:] - points[:, None, :, 1]
+        x = self.spots[..., :1] - points[:, None, :, 0]
+        y = self.spots[..., 1:] - points[:, None, :, 1]
         return np.where(which[:, None], np.sqrt(x * x + y * y), FAR)
 
     def _mates_at_anchors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(B, K) each: mates headed there, nearness of the nearest, is it before me?"""
         spots = np.where(self.beside[..., None], self.mate_spots, np.nan)
-        nav = self.map.nav
-        way = metres_between(nav, self.places[..., None], self.mate_places[:, None])
+        from_mates = self.map.places(self.mates)[:, None]
+        way = metres_between(self.map.nav, self.at[..., None], from_mates)
         way = np.where(self.beside[:, None], way, np.inf).min(axis=-1)
         return self._at(spots), nearness(way), way < self.way
 
     # -- People, mates, fires -------------------------------------------------------
 
-    def _people(self) -> np.ndarray:
+    def _people(self, known: np.ndarray) -> np.ndarray:
         """(B, n, numbers): point, led by nobody, by me, on stairs, metres outside."""
-        inside = there(self.humans)
         columns = [
             self.mine,
-            self.map.stairs[self.human_places],
-            self.ways.outside[self.human_places] / AWAY,
-            inside,
+            self.map.stairs[self.stands],
+            self.ways.outside[self.stands] / AWAY,
+            np.ones_like(self.inside),
         ]
-        rest = np.stack(columns, axis=-1, dtype=float) * inside[..., None]
-        return np.concatenate([self._points(self.humans, self.alone), rest], axis=-1)
+        rest = np.stack(columns, axis=-1, dtype=float) * self.inside[..., None]
+        return np.concatenate([known, rest], axis=-1)
 
     def _mates(self) -> np.ndarray:
-        """(B, M, numbers): point, where it is headed from me, whether it is."""
+        """(B, M, numbers): where it is, is it on my floor, where headed, is it."""
+        off = (self.mates[..., :2] - self.me[:, None]) / UNIT
+        up = self.mates[..., 2:] - self.floor[:, None, None]
+        near = nearness(self._way(self.map.places(self.mates)))
+        headed = np.nan_to_num((self.mate_spots - self.me[:, None]) / UNIT)
         goes = ~np.isnan(self.mate_spots[..., :1])
-        off = np.nan_to_num((self.mate_spots - self.me[:, None]) / UNIT)
-        present = there(self.mates)[..., None]
-        point = self._points(self.mates, self.beside)
-        return np.concatenate([point, off * present, goes * present, present], axis=-1)
+        present = self.mates[..., 2:] > -0.5
+        parts = [off, up, near[..., None], self.beside[..., None], headed, goes]
+        return np.concatenate([*parts, present], axis=-1) * present
 
-    def _fires(self) -> np.ndarray:
-        """(B, F, numbers): point of a source, whether it burns still."""
-        lit = there(self.fires)
-        burns = self.burning[self.world[:, None], self.map.places(self.fires)] & lit
-        return np.concatenate([self._points(self.fires, burns), lit[..., None]], -1)
+    def _fires(self, known: np.ndarray) -> np.ndarray:
+        """(B, F, numbers): whether a source burns still, and its point."""
+        lit = self.there[:, self.fires]
+        burns = self.burning[self.world[:, None], self.places[:, self.fires]] & lit
+        return np.concatenate([burns[..., None], known], axis=-1)
 
     # -- Counts ---------------------------------------------------------------------
 
@@ -444,10 +454,10 @@ class SetView(RobotView):
         scenario = self.scenario
         time = self.seen["time"][:, 0, 0]
         step = scenario.decision_seconds
-        inside = there(self.humans)
+        inside = self.inside
         up = self.humans[..., 2] - self.floor[:, None]
-        sources = self.fires[..., 2] - self.floor[:, None]
-        lit = there(self.fires)
+        storeys = self.sources[..., 2] - self.floor[:, None]
+        lit = self.there[:, self.fires]
         floors = self.burning.reshape(len(self.burning), -1, self.map.nav.floor_size)
         burning = floors.sum(axis=-1)
         here = burning[self.world, self.floor]
@@ -460,7 +470,7 @@ class SetView(RobotView):
             (inside & (up < 0)).sum(axis=1) / UNIT,
             self.beside.sum(axis=1) / CREW,
             lit.sum(axis=1) / GROUP,
-            (lit & (sources == 0)).sum(axis=1) / GROUP,
+            (lit & (storeys == 0)).sum(axis=1) / GROUP,
             here / (here + BLAZE),
             elsewhere / (elsewhere + BLAZE),
             self.floor,
@@ -469,7 +479,7 @@ class SetView(RobotView):
             time / paper.health_seconds(),
             decisions_to_next_fire(time, step) / paper.FIRE_EVERY_DECISIONS,
             ~np.isnan(self.spot[:, 0]),
-            self.to_way_out(),
+            self.to_way_out,
         ]
         return np.stack(columns, axis=-1, dtype=float)
 

@@ -165,8 +165,8 @@ class RobotsFrame(PolicyCodec):
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, G, V) float32, what robots see in their frames; all moments at once."""
         vectors = np.concatenate([moment.vectors for moment in moments])
-        headed = [robot_destinations(moment.world) for moment in moments]
-        seen = self.numbers(vectors, np.concatenate(headed))
+        headed = robot_destinations(*(moment.world for moment in moments))
+        seen = self.numbers(vectors, headed)
         return seen.reshape(len(moments), -1, self.size)
 
     def numbers(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
@@ -247,7 +247,7 @@ class RobotsSets(RobotsFrame):
         """(S, G, V) float32, see `SetShapes`."""
         vectors = np.concatenate([moment.vectors for moment in moments])
         worlds = [moment.world for moment in moments]
-        headed = np.concatenate([robot_destinations(world) for world in worlds])
+        headed = robot_destinations(*worlds)
         # Flames never leave the main body, so it is what the grid tells [C3].
         burning = np.stack([world.flames.burning.ravel() for world in worlds])
         seen = self._sets(vectors, headed, burning).numbers()

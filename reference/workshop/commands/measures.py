@@ -63,16 +63,35 @@ def _row(case: dict[str, Any]) -> tuple[str, ...]:
 @options.command("bench --json", options.building("paper"), options.SEED, options.JSON)
 def bench(arguments: Namespace) -> None:
     """Measures speed: what is simulated, decided and learned from in a second."""
-    from reference.workshop.measuring.bench import measure_speed  # loads torch
+    from reference.workshop.measuring import bench  # loads torch
 
     name = "paper" if arguments.building is None else arguments.building
-    report = measure_speed(name, arguments.seed or 0)
-    rows = [
-        (name.replace("_", " "), case, value)
-        for name, cases in report.items()
-        for case, value in cases.items()
+    report = bench.measure_speed(name, arguments.seed or 0)
+    rows: list[tuple[float | str | None, ...]] = [
+        ("what", "of what", "book", "engine", "times")
     ]
-    print_report(arguments, report, format_table(rows, "<<>"))
+    for what, cases in report.items():
+        words = what.replace("_", " ")
+        rows += [(words, case, *_columns(figures)) for case, figures in cases.items()]
+    print_report(arguments, report, format_table(rows, "<<>>>"))
+    if why := bench.why_no_engine():
+        print_note(f"The engine stands aside, so its column is empty: {why}.")
+
+
+def _columns(figures: dict[str, float | None]) -> tuple[float | str | None, ...]:
+    """Write three digits of the book's figure, the engine's, and how many times."""
+    rounded = {
+        player: None if value is None else float(f"{value:.3g}")
+        for player, value in figures.items()
+    }
+    if "both" in figures:
+        return rounded["both"], "same", ""
+    book = figures.get("book")
+    engine = figures["engine"]
+    times = ""
+    if book and engine:
+        times = f"{max(book, engine) / min(book, engine):.1f}"
+    return rounded.get("book"), rounded["engine"], times
 
 
 @options.command(

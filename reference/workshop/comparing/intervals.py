@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reference import former_names
 from reference.paper import InputError
 
 RESAMPLES = 2000
@@ -121,6 +120,3 @@ def _ends(drawn: np.ndarray) -> np.ndarray:
     """Low and high of (B, ...) resamples."""
     tail = (1 - CONFIDENCE) / 2
     return np.quantile(drawn, [tail, 1 - tail], axis=0)
-
-
-__getattr__ = former_names(__name__, {"of_mean": "interval_of_mean"})

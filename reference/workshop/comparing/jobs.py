@@ -24,6 +24,7 @@ from reference import paper
 from reference.workshop.comparing.design import Experiment
 from reference.workshop.comparing.matches import Evaluation, with_digests
 from reference.workshop.comparing.runs import RunResult, play_evaluation
+from reference.workshop.engine import make_ready
 from reference.workshop.storage.files import make_folder, read_json, write_json
 from reference.workshop.storage.runs import locked, refuse_numbers
 from reference.workshop.storage.workers import InProcess, map_as_done, one_thread
@@ -86,6 +87,8 @@ def finish_trainings(
         refuse_numbers(path, read_json(path).get("numbers"))
     left = [name for name in own if name not in done]
     jobs = [(experiment.trainings[name], str(own[name])) for name in left]
+    if jobs:
+        make_ready()
     failed = dict[str, str]()
     with tqdm(total=len(own), initial=len(done), unit="training", disable=None) as bar:
         for k, why in map_as_done(executor, train_in, jobs):

@@ -23,13 +23,13 @@ from reference.evaluation.difficulty import (
 from reference.simulation import Simulation
 from reference.workshop.comparing import matches
 from reference.workshop.comparing.matches import Arena, Evaluation, RunKey
-from reference.workshop.lockstep import run_in_lockstep
+from reference.workshop.engine import make_ready, to_the_end
 from reference.workshop.storage.files import Table, make_folder, read_number, read_table
 from reference.workshop.storage.workers import chunks, map_as_done
 from reference.world import Evacuated
 
 RUNS_FILE = "runs.csv"
-IN_LOCKSTEP = 16  # runs of a job, at most: fewer where workers would wait
+RUNS_PER_JOB = 16  # at most: fewer where workers would wait
 # of a worker, at least: progress is seen, and all end at about the same time
 JOBS_PER_WORKER = 4
 DECIMALS_WRITTEN = 6  # of a number that is written, after the point
@@ -96,8 +96,10 @@ def play_evaluation(
     runs = evaluation.runs
     left = [run for run in runs if run not in done]
     share = len(left) // (JOBS_PER_WORKER * getattr(executor, "workers", 1))
-    size = max(1, min(IN_LOCKSTEP, share))
+    size = max(1, min(RUNS_PER_JOB, share))
     jobs = [(evaluation, some) for some in chunks(left, size)]
+    if jobs:
+        make_ready()
     begun = len(runs) - len(left)
     bar = tqdm(total=len(runs), initial=begun, unit="run", disable=None, leave=False)
     with bar:
@@ -114,11 +116,11 @@ def play_evaluation(
 
 
 def play_runs(job: tuple[Evaluation, tuple[RunKey, ...]]) -> list[RunResult]:
-    """Play some runs to their end, in lockstep; measure how hard their fires were."""
+    """Play some runs to their end; measure how hard their fires were."""
     evaluation, runs = job
     simulations = evaluation.simulations(runs)
     people = [people_in(simulation.world) for simulation in simulations]
-    run_in_lockstep(simulations)
+    to_the_end(simulations)
     return [_result(*each) for each in zip(runs, simulations, people, strict=True)]
 
 

@@ -12,7 +12,6 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from reference import former_names
 from reference.building import Building
 from reference.simulation import Simulation
 from reference.workshop.drawing.crowding import crowding_map
@@ -46,6 +45,3 @@ def _png(thing: Building | Simulation) -> bytes:
     content = BytesIO()
     draw(thing).savefig(content, format="png")
     return content.getvalue()
-
-
-__getattr__ = former_names(__name__, {"crowded": "crowding_map"})

@@ -18,7 +18,8 @@ from reference.building import Kind
 from reference.game.observations import (
     GRID_KINDS,
     Block,
-    fire_vector,
+    Layout,
+    fire_vectors,
     grid,
     robot_vectors,
     vector_layout,
@@ -45,8 +46,9 @@ def robot_senses(world: World, scenario: Scenario, robot: int = 0) -> Figure:
     Human 1 is the nearest on its own floor. Raises IndexError where there is no such
     robot.
     """
-    vector = robot_vectors(world, scenario)[robot]
-    return _page(f"robot_{robot}", world, scenario, vector, observers=1)
+    layout = vector_layout(world.building, scenario)
+    vector = robot_vectors([world], layout)[0, robot]
+    return _page(f"robot_{robot}", world, layout, vector, observers=1)
 
 
 def fire_senses(world: World, scenario: Scenario) -> Figure:
@@ -54,11 +56,13 @@ def fire_senses(world: World, scenario: Scenario) -> Figure:
 
     People and robots are numbered as they always are.
     """
-    return _page("fire_0", world, scenario, fire_vector(world, scenario), observers=0)
+    layout = vector_layout(world.building, scenario)
+    ((vector,),) = fire_vectors([world], layout)
+    return _page("fire_0", world, layout, vector, observers=0)
 
 
 def _page(
-    agent: str, world: World, scenario: Scenario, vector: np.ndarray, observers: int
+    agent: str, world: World, layout: Layout, vector: np.ndarray, observers: int
 ) -> Figure:
     """Draw a row for each floor, points and channels, and below them a table.
 
@@ -66,7 +70,6 @@ def _page(
     """
     building = world.building
     cells = grid(world)
-    layout = vector_layout(building, scenario)
     robots = layout.read(vector, "robots")
     points = {
         "human": layout.read(vector, "humans"),

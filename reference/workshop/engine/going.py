@@ -1,13 +1,36 @@
 """Between the book and compiled ticks: who plays what, and in which order."""
 
 import sys
+from collections.abc import Callable
 
 import numpy as np
 
+from reference.building import building_of
+from reference.paper import Scenario
 from reference.robots import Destinations, actual_target, said_on_the_way
 from reference.simulation import Simulation
-from reference.workshop.engine import ticks
+from reference.workshop.engine import storing, ticks
 from reference.workshop.engine.state import EVENT, PAIR, Kept
+from reference.workshop.engine.ways import quick_ways
+
+HUT = """building: Hut
+size: 4 x 3
+floor 1: ground
+####
+#..E
+####"""
+
+
+def make_ready(say: Callable[[str], None]) -> None:
+    """Compile what a tick needs, or load it from the disk."""
+
+    def first_call() -> None:
+        run = Simulation(building_of(HUT), Scenario(people=0))
+        advance(run, 0)
+        with quick_ways(run.navigation):
+            run.navigation.distances(run.navigation.goals[0])
+
+    storing.make_ready(first_call, say)
 
 
 def kept(run: Simulation) -> Kept:
@@ -47,11 +70,12 @@ def advance(run: Simulation, count: int) -> None:
             mine.tables.add_row(place, frozenset(marks[:holes]))
         elif why == ticks.STRATEGIES:
             mine.give()
-            destinations = run.strategies_decide()
+            with quick_ways(run.navigation):
+                destinations = run.strategies_decide()
             mine.take()
             instruct(run, mine, destinations)
-        elif why == ticks.TRAILS:
-            mine.lengthen_trails(2 * int(mine.state.numbers["most_trail"][0]))
+        elif why == ticks.MEMORY:
+            mine.make_room()
         elif why == ticks.PAIRS:
             pairs = np.zeros(2 * len(mine.state.pairs), PAIR)
             mine.state = mine.state._replace(pairs=pairs)

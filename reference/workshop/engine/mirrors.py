@@ -8,20 +8,20 @@ import ast
 import hashlib
 import importlib
 import inspect
-import os
 import sys
-import tempfile
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from enum import EnumMeta
-from functools import cached_property
+from functools import cache, cached_property
 from inspect import getclosurevars
-from pathlib import Path
+from operator import is_
+from types import CodeType, FunctionType
 from typing import Any, NamedTuple
 
 import numba
 
 BOOK = "reference."
+_Kept = type(cache(len))
 
 
 class Mirror(NamedTuple):
@@ -33,40 +33,21 @@ class Mirror(NamedTuple):
 
 
 MIRRORS: list[Mirror] = []
-
-
-def _cache_folder() -> str:
-    """A folder named by all that goes into compiled code; see `findings/`.
-
-    numba hears of changes in one file only: not of those in helpers and constants.
-    """
-    made_of = hashlib.sha256(numba.__version__.encode() + sys.version.encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        made_of.update(path.name.encode() + path.read_bytes())
-    home = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    folder = Path(home) / "fire-rescue" / made_of.hexdigest()[:16]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError:
-        return ""
-    return str(folder)
-
-
-_FOLDER = _cache_folder()
-if _FOLDER:
-    numba.config.CACHE_DIR = _FOLDER
+ENTRIES: list[Any] = []  # compiled functions that Python calls
 
 
 def compiled(function: Callable[..., Any], entry: bool = False) -> Any:
     """Compile a function when it is first called; nothing is contracted or reordered.
 
-    Only an entry is kept on disk: all that it calls is inlined into it.
+    Only an entry is kept on disk, by `storing`: all that it calls is inlined into it.
+    Nothing compiled makes arrays (`_nrt=False`): counting who holds one, atomically,
+    took half the time.
     """
-    kept = bool(_FOLDER) and entry
-    options: Any = {"cache": kept, "error_model": "numpy", "forceinline": not entry}
-    return numba.njit(**options)(function)
+    options: Any = {"error_model": "numpy", "forceinline": not entry}
+    made = numba.njit(_nrt=False, **options)(function)
+    if entry:
+        ENTRIES.append(made)
+    return made
 
 
 def mirrors(*books: str, entry: bool = False) -> Callable[[Callable[..., Any]], Any]:
@@ -100,10 +81,12 @@ def _links(name: str) -> list[tuple[Any, str]]:
 
 
 def _plain(thing: Any) -> Any:
-    """The function inside a method, property or cache."""
+    """The function inside a method, property or cache; not one that somebody wraps."""
     if isinstance(thing, cached_property):
         return getclosurevars(thing.func).nonlocals.get("method", thing.func)
-    for inner in ("__func__", "fget", "__wrapped__"):
+    if isinstance(thing, _Kept):
+        return thing.__wrapped__
+    for inner in ("__func__", "fget"):
         thing = getattr(thing, inner, thing)
     return thing
 
@@ -113,29 +96,40 @@ def digest_of(function: Any) -> str:
 
     Those of `paper` do not count: they are read when a run begins.
     """
-    try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
-    except (OSError, TypeError):
+    try:  # the code itself: `getsource` looks through whatever wraps a function
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function.__code__)))
+    except (AttributeError, OSError, SyntaxError, TypeError):
         return ""
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
-        if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
-            if isinstance(body[0].value, ast.Constant):
-                body[0].value.value = ""
+        first = body[0] if isinstance(body, list) and body else None
+        if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
+            first.value.value = ""
     names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    known = getattr(function, "__globals__", {})
+    known = function.__globals__
     constants = [f"{name} {_value(known.get(name))}" for name in sorted(names)]
-    rule = ast.dump(tree) + "".join(constants)
+    rule = _dump(tree) + "".join(constants)
     return hashlib.sha256(rule.encode()).hexdigest()[:6]
 
 
+def _dump(tree: ast.AST) -> str:
+    """A syntax tree as text, the same in every version of Python."""
+    all_fields = {"show_empty": True} if sys.version_info >= (3, 13) else {}
+    return ast.dump(tree, **all_fields).replace(", type_params=[]", "")
+
+
 def _value(thing: Any) -> str:
-    """A constant as text; "" for what is none."""
+    """A constant as text, and whose a thing of the book is; "" for what is none."""
     if isinstance(thing, EnumMeta):
         return str({one.name: one.value for one in thing})  # type: ignore[var-annotated]
     if isinstance(thing, int | float | str | tuple | frozenset):
         return repr(thing)
-    return ""
+    if isinstance(thing, type | FunctionType | _Kept):
+        module = sys.modules.get(thing.__module__)
+        same = getattr(module, thing.__qualname__, thing) is thing
+        return "" if same else "another"
+    kind = type(thing)
+    return kind.__qualname__ if kind.__module__.startswith(BOOK) else ""
 
 
 def changed() -> list[Mirror]:
@@ -143,15 +137,44 @@ def changed() -> list[Mirror]:
     return [one for one in MIRRORS if digest_of(found(one.book)) != one.digest]
 
 
-class Originals:
-    """The book's functions when they were digested: is each still the same object?"""
+class Rules:
+    """What the engine was written from, and all that it names, as objects.
+
+    changed  mirrors whose original is no longer what they were written from
+    """
 
     def __init__(self) -> None:
-        """Remember them all."""
-        links = {link for one in MIRRORS for link in _links(one.book)}
-        self._things = [(vars(holder), key, vars(holder)[key]) for holder, key in links]
+        """Find where each of them stands; digest the rules."""
+        links = {(id(vars(h)), key): (vars(h), key) for h, key in _all_links()}
+        self._links = list(links.values())
+        self.learn()
+
+    def learn(self) -> None:
+        """Digest every rule as it is now."""
+        self._things = self._now()
+        self.changed = changed()
 
     @property
-    def unchanged(self) -> bool:
-        """Nobody has put something else in the place of one."""
-        return all(where.get(key) is thing for where, key, thing in self._things)
+    def same(self) -> bool:
+        """Nobody has put something else in the place of one since."""
+        return all(map(is_, self._now(), self._things))
+
+    def _now(self) -> list[Any]:
+        return [where.get(key) for where, key in self._links]
+
+
+def _all_links() -> Iterator[tuple[Any, str]]:
+    """Where the book's rules stand, and what they read."""
+    for one in MIRRORS:
+        yield from _links(one.book)
+        function = found(one.book)
+        module = sys.modules[function.__module__]
+        for name in _names_in(function.__code__):
+            if name in vars(module):
+                yield module, name
+
+
+def _names_in(code: CodeType) -> set[str]:
+    """The names that a function reads, and functions inside it."""
+    inner = [const for const in code.co_consts if isinstance(const, CodeType)]
+    return set(code.co_names).union(*map(_names_in, inner))

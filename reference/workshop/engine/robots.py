@@ -3,13 +3,14 @@
 N  the numbers;  robot  a record ROBOT;  way  places, from `at` to `end`
 """
 
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
 
 from reference.workshop.engine.mirrors import mirrors
-from reference.workshop.engine.sees import INSIDE, next_place, reaches, search
+from reference.workshop.engine.sees import INSIDE
 from reference.workshop.engine.walks import place_around
+from reference.workshop.engine.ways import nearest_free, next_place, reaches, search_to
 
 
 @mirrors("world.World.anybody_at_or_above bbe873", "world.World.occupancy 28a901")
@@ -38,6 +39,7 @@ def act(N, T, S, clock, k):
          "navigation.Navigation.corners 8d95f4")  # fmt: skip
 def plan(N, T, S, clock, robot, way):
     """Find the way to where a robot has decided to go: places, from `at` to `end`."""
+    W = T.ways
     goal = nearest_free(N, T.cells, robot.floor, robot.to_x, robot.to_y)
     start = robot.floor * N.floor_size
     costly = False
@@ -48,21 +50,19 @@ def plan(N, T, S, clock, robot, way):
     robot.at = 4  # room for a place before them
     robot.end = 4
     if costly:
-        search(N, T.cells, goal, at, S.cost, T.heap, T.found, T.path)
-        if T.found[at - start].d == np.inf:
+        search_to(N, W, S.cost, goal, at)
+        if W.d[at - start] == inf:
             return
         while at != goal:
-            at = np.int64(T.path[at - start])
+            at = start + np.int64(W.after[at - start])
             way[robot.end] = at
             robot.end += 1
     else:
         corner = at
-        if at != goal:
-            after = next_place(N, T.cells, T.fields, T.used, T.heap, T.found, at, goal)
-            if after == at:
-                return
+        if at != goal and next_place(N, W, at, goal) == at:
+            return
         while at != goal:
-            after = next_place(N, T.cells, T.fields, T.used, T.heap, T.found, at, goal)
+            after = next_place(N, W, at, goal)
             if not reaches(N, T.clear, corner, after):
                 corner = at
                 way[robot.end] = at
@@ -73,23 +73,6 @@ def plan(N, T, S, clock, robot, way):
     if robot.end == robot.at:
         way[robot.end] = at
         robot.end += 1
-
-
-@mirrors("navigation.Navigation.nearest_free e02afb")
-def nearest_free(N, cells, floor, x, y):
-    """The walkable place of a floor whose centre is nearest to a point."""
-    best = -1
-    least = np.inf
-    for p in range(floor * N.floor_size, (floor + 1) * N.floor_size):
-        cell = cells[p]
-        if cell.walkable:
-            east = cell.x - x
-            north = cell.y - y
-            square = east * east + north * north
-            if square < least:
-                least = square
-                best = p
-    return best
 
 
 @mirrors("robots.speed_while_leading 0dfe2f", "robots.followers_of 7ebcdd")

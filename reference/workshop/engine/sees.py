@@ -12,7 +12,7 @@ import numpy as np
 from reference.building import Kind
 from reference.workshop.engine.mirrors import compiled, mirrors
 from reference.workshop.engine.state import NOT_TOLD
-from reference.workshop.engine.tables import OVERLOOKED, SEEN
+from reference.workshop.engine.tables import IN_LINE, OVERLOOKED, SEEN
 from reference.world import FLOOR_APART, Aim, Fate
 
 INSIDE = int(Fate.INSIDE)
@@ -38,135 +38,13 @@ class Observe(NamedTuple):
 
 
 @compiled
-def in_square(N, p, q):
+def in_square(N, cells, p, q):
     """Which bits of a place's square belong to q; -1: q is not in it."""
-    d_row = q // N.cols - p // N.cols
-    d_col = q - p - d_row * N.cols
+    d_row = cells[q].down - cells[p].down
+    d_col = cells[q].right - cells[p].right
     if abs(d_row) > N.half or abs(d_col) > N.half:
         return -1
     return (d_row + N.half) * N.side + d_col + N.half
-
-
-@mirrors("navigation.StraightLines.reaches 0f95a7")
-def reaches(N, clear, p, q):
-    """Can a body walk straight from p to q?"""
-    d_row = q // N.cols - p // N.cols
-    d_col = q - p - d_row * N.cols
-    if abs(d_row) > N.clear_reach or abs(d_col) > N.clear_reach:
-        return False
-    return clear[p, (d_row + N.clear_reach) * N.clear_side + d_col + N.clear_reach]
-
-
-@mirrors(
-    "navigation.Navigation._search_floor 1d6e1d",
-    "navigation.Navigation._steps_of 9de8ad",
-)
-def search(N, cells, goal, stop, cost, heap, found, after):
-    """The next place from each place of a floor on the way to a goal, in `after`.
-
-    cost: of places, empty: all cost 1;  stop: a place where it may stop, or -1
-
-    Pops what is nearest, of equally near places the highest number, and replaces only
-    what is strictly longer: so scipy's search does.
-    """
-    size = N.floor_size
-    start = goal // size * size
-    diagonal = sqrt(2.0)
-    cols = N.cols
-    offsets = (1, cols, -1, -cols, cols + 1, cols - 1, -cols - 1, 1 - cols)
-    for p in range(size):
-        after[p] = start + p
-        found[p].d = np.inf
-        found[p].done = 0
-    found[goal - start].d = 0.0
-    heap[0].d = 0.0
-    heap[0].p = goal - start
-    count = 1
-    while count:
-        d = heap[0].d
-        p = heap[0].p
-        # the last goes down from the top
-        count -= 1
-        last_d = heap[count].d
-        last_p = heap[count].p
-        k = 0
-        while True:
-            child = 2 * k + 1
-            if child >= count:
-                break
-            other = child + 1
-            if other < count and (
-                heap[other].d < heap[child].d
-                or (heap[other].d == heap[child].d and heap[other].p > heap[child].p)
-            ):
-                child = other
-            if heap[child].d < last_d or (
-                heap[child].d == last_d and heap[child].p > last_p
-            ):
-                heap[k].d = heap[child].d
-                heap[k].p = heap[child].p
-                k = child
-            else:
-                break
-        heap[k].d = last_d
-        heap[k].p = last_p
-
-        if found[p].done:
-            continue
-        found[p].done = 1
-        if start + p == stop:
-            return
-        for k in range(8):
-            if not cells[start + p].steps >> k & 1:
-                continue
-            q = p + offsets[k]
-            if found[q].done:
-                continue
-            step = 1.0 if k < 4 else diagonal
-            if len(cost):
-                step *= max(cost[start + p], cost[start + q])
-            if d + step < found[q].d:
-                found[q].d = d + step
-                after[q] = start + p
-                at = count
-                count += 1
-                while at:
-                    up = (at - 1) // 2
-                    if heap[up].d < d + step or (
-                        heap[up].d == d + step and heap[up].p > q
-                    ):
-                        break
-                    heap[at].d = heap[up].d
-                    heap[at].p = heap[up].p
-                    at = up
-                heap[at].d = d + step
-                heap[at].p = q
-
-
-@mirrors("navigation.Navigation.next_place cd66a7")
-def next_place(N, cells, fields, used, heap, found, p, goal):
-    """The next place from p on the shortest way to a goal of its floor."""
-    size = N.floor_size
-    slot = cells[goal].field
-    if slot < 0:
-        slot = used[-1]
-        used[-1] = (slot + 1) % len(fields)
-        if used[slot] >= 0:
-            cells[used[slot]].field = -1
-        search(N, cells, goal, -1, np.empty(0), heap, found, fields[slot])
-        used[slot] = goal
-        cells[goal].field = slot
-    return np.int64(fields[slot, p % size])
-
-
-@mirrors("navigation.Navigation.place_beyond a8b458")
-def place_beyond(N, cells, door, side):
-    """The place across a door cell from one side, an area; else the cell."""
-    for step in (1, -1, N.cols, -N.cols):
-        area = cells[door + step].area
-        if area != -1 and area != side:
-            return door + step
-    return door
 
 
 @mirrors("view.View.burns e0bba5")
@@ -175,7 +53,7 @@ def burns(N, observe, q):
     if q < 0 or q >= N.places or not observe.burning[q]:
         return False
     v = observe.now[0]
-    k = in_square(N, v.place, q)
+    k = in_square(N, observe.cells, v.place, q)
     return k >= 0 and observe.square[v.row, k] & SEEN != 0
 
 
@@ -204,6 +82,38 @@ def burns_on_way(N, observe, q, beside):
                 if here + step != p and burns(N, observe, here + step):
                     return True
     return False
+
+
+# -- who is near --------------------------------------------------------------------
+
+
+@compiled
+def lay_grid(N, grid, heads, near):
+    """Lay a grid without bodies, its cells larger than `near`, over all floors."""
+    grid.wide = near + 1e-6
+    while True:
+        grid.across = np.int64(N.cols / grid.wide) + 2
+        grid.down = np.int64(N.rows / grid.wide) + 2
+        cells = N.floors * grid.down * grid.across
+        if cells <= len(heads):
+            break
+        grid.wide *= 2
+    for cell in range(cells):
+        heads[cell] = -1
+
+
+@compiled
+def grid_cell(N, grid, floor, x, y):
+    """The cell of the grid that a point lies in."""
+    col = min(max(np.int64((x + N.left) / grid.wide), 0), grid.across - 1)
+    row = min(max(np.int64((N.top - y) / grid.wide), 0), grid.down - 1)
+    return (floor * grid.down + row) * grid.across + col
+
+
+@compiled
+def grid_position(grid, cell):
+    """Column and row of a cell of the grid, on its floor."""
+    return cell % grid.across, cell // grid.across % grid.down
 
 
 # -- view ---------------------------------------------------------------------------
@@ -244,6 +154,8 @@ def hit_of(observe, mark):
 @compiled
 def sighted(observe, body):
     """Where a body stands among those in sight, -1 if it is not."""
+    if body < 0:
+        return -1
     for k in range(observe.now[0].seen):
         if observe.seen[k].j == body:
             return k
@@ -337,7 +249,9 @@ def row_of(rows, cells, hits, lists, burnt, wanted, p):
 
 
 @mirrors("view.look 00c19b")
-def look(N, clock, bodies, spots, robots, burnt, cells, r, observe, row, i):
+def look(
+    N, clock, bodies, spots, grid, heads, robots, burnt, cells, r, observe, row, i
+):
     """Fill the view of one person; r: their row of the tables, number `row`."""
     me = bodies[i]
     v = observe.now[0]
@@ -362,24 +276,37 @@ def look(N, clock, bodies, spots, robots, burnt, cells, r, observe, row, i):
     v.looked = r.looked
     v.looked_end = r.looked_end
 
+    # people, found cell by cell of the grid, and sorted by their numbers
     count = 0
-    my_x = me.x + FLOOR_APART * me.floor
-    for j in range(N.people):
-        x = spots[j, 0] - my_x
-        y = spots[j, 1] - me.y
-        if abs(x) < N.reach and abs(y) < N.reach and j != i:
-            them = bodies[j]
-            k = in_square(N, p, them.place)
-            if k >= 0 and observe.square[row, k] & 1:
-                one = observe.seen[count]
-                one.j = j
-                one.place = them.place
-                one.metres = sqrt(x * x + y * y)
-                one.told = NOT_TOLD
-                one.rank = them.rank
-                one.leader = them.leader
-                one.landmark = them.landmark
-                count += 1
+    spot = spots[i]
+    across, down = grid_position(grid, spot.cell)
+    for d_row in range(-1 if down else 0, 2 if down < grid.down - 1 else 1):
+        for d_col in range(-1 if across else 0, 2 if across < grid.across - 1 else 1):
+            j = heads[spot.cell + d_row * grid.across + d_col]
+            while j >= 0:
+                x = spots[j].x - spot.x
+                y = spots[j].y - spot.y
+                if abs(x) < N.reach and abs(y) < N.reach and j != i:
+                    k = in_square(N, cells, p, bodies[j].place)
+                    if k >= 0 and observe.square[row, k] & IN_LINE:
+                        at = count
+                        while at and observe.seen[at - 1].j > j:
+                            observe.seen[at].j = observe.seen[at - 1].j
+                            at -= 1
+                        observe.seen[at].j = j
+                        count += 1
+                j = spots[j].later
+    for k in range(count):
+        one = observe.seen[k]
+        them = bodies[one.j]
+        x = spots[one.j].x - spot.x
+        y = spots[one.j].y - spot.y
+        one.place = them.place
+        one.metres = sqrt(x * x + y * y)
+        one.told = NOT_TOLD
+        one.rank = them.rank
+        one.leader = them.leader
+        one.landmark = them.landmark
 
     v.robot = -1
     nearest = np.inf
@@ -387,11 +314,11 @@ def look(N, clock, bodies, spots, robots, burnt, cells, r, observe, row, i):
         robot = robots[k]
         if not robot.active:
             continue
-        x = robot.x + FLOOR_APART * robot.floor - my_x
-        y = robot.y - me.y
+        x = robot.x + FLOOR_APART * robot.floor - spot.x
+        y = robot.y - spot.y
         if abs(x) < N.reach and abs(y) < N.reach:
-            bit = in_square(N, p, robot.place)
-            if bit >= 0 and observe.square[row, bit] & 1:
+            bit = in_square(N, cells, p, robot.place)
+            if bit >= 0 and observe.square[row, bit] & IN_LINE:
                 one = observe.seen[count]
                 one.j = N.people + k
                 one.place = robot.place
@@ -429,6 +356,6 @@ def face(me, p, cells, marks):
 @compiled
 def is_overlooked(N, observe, been, q):
     """Is q seen from a place where one has been, with all beside it?"""
-    k = in_square(N, been, q)
+    k = in_square(N, observe.cells, been, q)
     row = observe.cells[been].row
     return k >= 0 and observe.square[row, k] & OVERLOOKED != 0

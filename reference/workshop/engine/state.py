@@ -6,7 +6,12 @@ copied back when somebody asks for them.
     n  people;  L  landmarks;  S  places of a floor
 """
 
+from collections import UserList
+from collections.abc import Sequence
+from copy import deepcopy
+from operator import itemgetter
 from typing import Any, NamedTuple, cast
+from weakref import ref
 
 import numpy as np
 
@@ -26,24 +31,25 @@ from reference.world import (
     Mind,
     Mode,
     Passed,
-    World,
 )
 
+BEEN = 64  # places that one remembers for which there is room at first
 TRAIL = 16  # doors of a way back for which there is room at first
 NOT_TOLD = -2
 LEFT_FLOOR, EVACUATED, DIED, DOOR_BURNT = range(4)
 
+# what others see of a body comes first: a body is three lines of the processor's cache
 BODY = record(
-    x="f8", y="f8", floor="i8", place="i8", pace="f8", health="f8", fate="i1",
-    mode="i1", landmark="i8", target_x="f8", target_y="f8", goal_x="f8", goal_y="f8",
-    leader="i8", stairwell="i8", stairs_until="f8", rank="f8", anchor_x="f8",
-    anchor_y="f8", anchor_time="f8", reckless_until="f8",
+    x="f8", y="f8", place="i8", floor="i8", rank="f8", leader="i8", landmark="i8",
+    fate="i1", mode="i1", stairwell="i8", health="f8", pace="f8", anchor_time="f8",
+    stairs_until="f8", reckless_until="f8", anchor_x="f8", anchor_y="f8", goal_x="f8",
+    goal_y="f8", target_x="f8", target_y="f8",
 )  # fmt: skip
 POINTS = {"position": "x", "target": "target_x", "goal": "goal_x", "anchor": "anchor_x"}
 MIND = record(
     mode="i8", leader="i8", seen_at="f8", seen_place="i8", told="i8", pause_until="f8",
     waits_until="f8", aim="i8", which="i8", place="i8", facing_x="f8", facing_y="f8",
-    trail="i8", stamp="i8", home="i8",
+    been="i8", trail="i8",
 )  # fmt: skip
 ROBOT = record(
     x="f8", y="f8", place="i8", body="i8", floor="i8", says="i8", at="i8", end="i8",
@@ -51,8 +57,8 @@ ROBOT = record(
 )  # fmt: skip
 CLOCK = record(
     time="f8", person_seconds="f8", flames_change="f8", ticks="i8", left="i8",
-    phase="i8", events="i8", walked="i8", alight="i8", sources="i8", touched="i8",
-    fire="i8", flames_moved="i8",
+    phase="i8", events="i8", thinking="i8", walked="i8", alight="i8", sources="i8",
+    touched="i8", fire="i8", flames_moved="i8",
 )  # fmt: skip
 EVENT = record(time="f8", health="f8", kind="i8", person="i8", floor="i8", mark="i8")
 VIEW = record(
@@ -61,6 +67,8 @@ VIEW = record(
     hits="i8", hits_end="i8", opens="i8", opens_end="i8", holes="i8", holes_end="i8",
     looked="i8", looked_end="i8",
 )  # fmt: skip
+SPOT = record(x="f8", y="f8", cell="i8", later="i8")
+GRID = record(wide="f8", across="i8", down="i8")
 SIGHTED = record(
     metres="f8", rank="f8", j="i8", place="i8", told="i8", leader="i8", landmark="i8"
 )
@@ -69,7 +77,7 @@ WALKER = record(
     to_x="f8", to_y="f8", e_x="f8", e_y="f8", far="f8", v="f8", turned_x="f8",
     turned_y="f8", sum_x="f8", sum_y="f8", walked_x="f8", walked_y="f8", moved_x="f8",
     moved_y="f8", tried_x="f8", tried_y="f8", on_x="f8", on_y="f8", right="f8",
-    standing="i8", held="i8", meets="i8", back="i8",
+    standing="i8", held="i8", meets="i8", back="i8", cell="i8", later="i8",
 )  # fmt: skip
 PAIR = record(
     i="i8", j="i8", to_x="f8", to_y="f8", apart="f8", room="f8", facing="i8",
@@ -77,33 +85,72 @@ PAIR = record(
 )  # fmt: skip
 TOUCH = record(i="i8", before="i8")
 
-FLOATS = (
-    "FLIGHT", "DOOR_FLOW", "STAIRS_FLOW", "HEALTH_RATE", "NO_HEALTH", "BODY_RADIUS",
-    "DETOUR_SECONDS", "STUCK_METRES", "STUCK_SECONDS", "RECKLESS_SECONDS",
-    "STUCK_WAIT_SECONDS", "MOST_FOLLOWERS", "FOLLOW_DISTANCE", "LEADER_GRACE_SECONDS",
-    "LEADER_PAUSE_SECONDS", "RECONSIDER_TICKS", "GOAL_HYSTERESIS", "SHOULDER_METRES",
-    "NEIGHBOUR_METRES", "GAP_SECONDS", "PUSH_STRENGTH", "PUSH_RANGE", "ASIDE_METRES",
-    "KEEP_RIGHT", "ARRIVED_METRES", "IDLE_SPEED", "GIVE_WAY_SPEED", "PUSH_ROUNDS",
-    "HELD_UP_SPEED", "SHUFFLE_SPEED", "SHUFFLE_TURN", "SHUFFLE_RIGHT", "ROBOT_SPEED",
-    "DOORWAY_METRES", "FOLLOWER_GAP", "CROWD_GAP", "BURN_LOSS", "BURN_COST",
-    "HEAT_LOSS", "HEAT_COST",
+# numbers of `paper`, and others that may change from call to call
+OF_PAPER = (
+    "FLIGHT",
+    "DOOR_FLOW",
+    "STAIRS_FLOW",
+    "HEALTH_RATE",
+    "NO_HEALTH",
+    "BODY_RADIUS",
+    "DETOUR_SECONDS",
+    "STUCK_METRES",
+    "STUCK_SECONDS",
+    "RECKLESS_SECONDS",
+    "STUCK_WAIT_SECONDS",
+    "MOST_FOLLOWERS",
+    "FOLLOW_DISTANCE",
+    "LEADER_GRACE_SECONDS",
+    "LEADER_PAUSE_SECONDS",
+    "RECONSIDER_TICKS",
+    "GOAL_HYSTERESIS",
+    "SHOULDER_METRES",
+    "NEIGHBOUR_METRES",
+    "GAP_SECONDS",
+    "PUSH_STRENGTH",
+    "PUSH_RANGE",
+    "ASIDE_METRES",
+    "KEEP_RIGHT",
+    "ARRIVED_METRES",
+    "IDLE_SPEED",
+    "GIVE_WAY_SPEED",
+    "PUSH_ROUNDS",
+    "HELD_UP_SPEED",
+    "SHUFFLE_SPEED",
+    "SHUFFLE_TURN",
+    "SHUFFLE_RIGHT",
+    "ROBOT_SPEED",
+    "DOORWAY_METRES",
+    "FOLLOWER_GAP",
+    "CROWD_GAP",
+    "BURN_LOSS",
+    "BURN_COST",
+    "HEAT_LOSS",
+    "HEAT_COST",
+)
+OF_RUN = (
+    "body_diameter", "stairs_metres", "health_rate", "tick", "time_limit", "reach",
+    "burn_seconds", "decision_ticks", "flame_ticks", "most_sources", "fire_first",
+    "fire_every",
 )  # fmt: skip
-WHOLE = {"MOST_FOLLOWERS", "RECONSIDER_TICKS", "PUSH_ROUNDS"}
-NUMBERS = record(
-    **{name: "i8" if name in WHOLE else "f8" for name in FLOATS},
-    body_diameter="f8", stairs_metres="f8", tick="f8", time_limit="f8", reach="f8",
-    health_rate="f8", burn_seconds="f8", decision_ticks="i8", flame_ticks="i8", most_sources="i8",
-    fire_first="i8", fire_every="i8", people="i8", floors="i8", rows="i8", cols="i8",
-    floor_size="i8", places="i8", top="i8", left="i8", half="i8", side="i8",
-    clear_reach="i8", clear_side="i8", landmarks="i8", seen_from="i8", patches="i8",
-    been="i8", trail="i8", most_trail="i8",
+SIZES = (
+    "people", "floors", "rows", "cols", "floor_size", "places", "top", "left", "half",
+    "side", "clear_reach", "clear_side", "landmarks",
 )  # fmt: skip
+# where each part of a memory begins, and for how much there is room
+MEMORY = ("seen_from", "patches", "been", "trail", "most_been", "most_trail")
+WHOLE = {
+    "MOST_FOLLOWERS", "RECONSIDER_TICKS", "PUSH_ROUNDS", "decision_ticks",
+    "flame_ticks", "most_sources", "fire_first", "fire_every", *SIZES, *MEMORY,
+}  # fmt: skip
+NAMES = (*OF_PAPER, *OF_RUN, *SIZES, *MEMORY)
+NUMBERS = record(**{name: "i8" if name in WHOLE else "f8" for name in NAMES})
+from_paper = itemgetter(*OF_PAPER)
 
 
 class State(NamedTuple):
     """One simulation as compiled functions take it."""
 
-    numbers: np.ndarray  # (1,) NUMBERS: those of `paper`, the scenario, sizes
     clock: np.ndarray  # (1,) CLOCK
     bodies: np.ndarray  # (n,) BODY
     minds: np.ndarray  # (n,) MIND
@@ -115,56 +162,79 @@ class State(NamedTuple):
     full_until: np.ndarray  # (L + 1,) s
     burnt: np.ndarray  # (L,) bool
     burning: np.ndarray  # (places,) bool
-    arrival: np.ndarray  # (places,) s
+    arrival: np.ndarray  # (places,) s, the book's
     ash: np.ndarray  # (places,) bool
     harm: np.ndarray  # (places,)
     cost: np.ndarray  # (places,)
+    walkers: np.ndarray  # (n,) WALKER
+
+    # copies of a simulation share these: they are of use in one call only
+    numbers: np.ndarray  # (1,) NUMBERS; another array when one changes
     fresh: np.ndarray  # (L,) bool: doors that burn now
     events: np.ndarray  # EVENT, not yet told
     now: np.ndarray  # (1,) VIEW, of who thinks
-    spots: np.ndarray  # (n, 2) m, where people walk, floors set apart; inf: do not
+    who: np.ndarray  # (n,) who thinks
+    spots: np.ndarray  # (n,) SPOT: where people walk, floors set apart
     seen: np.ndarray  # SIGHTED, bodies in view
     row_of: np.ndarray  # (n,) row of the tables of who is due
     wanted: np.ndarray  # a place, how many holes, these: a row that is missing
-    walkers: np.ndarray  # (n,) WALKER
     pairs: np.ndarray  # PAIR
+    grid: np.ndarray  # (1,) GRID, to find who is near
+    heads: np.ndarray  # the first body in each of its cells, -1: none
     touched: np.ndarray  # (n,) TOUCH
     some: np.ndarray  # places, for whoever looks again
 
 
-class Played(World):
-    """A world whose minds are with the engine until somebody asks for them."""
+OWN = State._fields[: State._fields.index("numbers")]
+
+FRESH = Mind()
+
+
+class Minds(UserList[Mind]):
+    """A world's minds while the engine plays: copied back when somebody asks."""
+
+    def __init__(self, kept: "Kept"):
+        """Make the list; the minds stay with the engine."""
+        self.kept = kept
 
     @property  # type: ignore[override]
-    def minds(self) -> list[Mind]:
-        """Take the minds back: the engine copies them again when it goes on."""
-        return cast(Kept, self.__dict__["kept"]).give_minds_back()
+    def data(self) -> list[Mind]:
+        """The minds as they are now; who has asked once may hold some for ever."""
+        self.kept.asked_for_minds = True
+        return self.kept.minds_given()
 
-    @minds.setter
-    def minds(self, minds: list[Mind]) -> None:
-        self.minds  # noqa: B018
-        self.minds = minds
+    def __deepcopy__(self, memo: dict[int, Any]) -> Any:
+        """Copy the arrays, not the objects."""
+        if not self.kept.has_minds:
+            return deepcopy(self.data, memo)
+        twin = self.kept.copied(memo.get(id(self.kept.run)))
+        memo[id(self.kept)] = twin
+        return Minds(twin)
 
     def __reduce_ex__(self, protocol: Any) -> Any:
-        self.minds  # noqa: B018
-        return self.__reduce_ex__(protocol)
+        """Pickle a list of minds."""
+        return list, (list(self.data),)
 
 
 class Kept:
     """One simulation's arrays, from one call to the next."""
 
-    def __reduce_ex__(self, protocol: Any) -> Any:
-        """Copies of a simulation begin their own arrays."""
-        return type(None), ()
-
     def __init__(self, run: Simulation):
         """Make arrays for a simulation's people, robots and building."""
-        self.run = run
+        self._run = ref(run)  # else they hold each other
         self.tables: Tables = tables_of(run.sight)
+        self.has_minds = False  # are they newer here than the book's?
+        self.asked_for_minds = False  # by anybody, who may hold some
+        self._minds: list[Mind] = []
+        self._bodies: dict[str, np.ndarray] = {}
+        self._flames: dict[str, np.ndarray] = {}
+        self._settings: tuple[float, ...] = ()
+
         n = len(run.world.bodies)
         marks = len(run.building.landmarks)
         robots = len(run.world.robots)
         places = run.building.kind.size
+        floors = run.building.floors
         self.state = State(
             numbers=np.zeros(1, NUMBERS),
             clock=np.zeros(1, CLOCK),
@@ -182,77 +252,120 @@ class Kept:
             ash=np.zeros(places, bool),
             harm=np.zeros(places),
             cost=np.zeros(places),
+            walkers=np.zeros(n, WALKER),
             fresh=np.zeros(marks, bool),
             events=np.zeros(8 * n + 64, EVENT),
             now=np.zeros(1, VIEW),
-            spots=np.zeros((n, 2)),
+            who=np.zeros(n, np.int32),
+            spots=np.zeros(n, SPOT),
             seen=np.zeros(n + robots, SIGHTED),
             row_of=np.zeros(n, np.int32),
             wanted=np.zeros(marks + 2, np.int32),
-            walkers=np.zeros(n, WALKER),
             pairs=np.zeros(8 * n + 64, PAIR),
+            grid=np.zeros(1, GRID),
+            heads=np.zeros(places + 4 * floors, np.int32),
             touched=np.zeros(n, TOUCH),
             some=np.zeros(self.tables.side**2 + 1, np.int32),
         )
-        self._flames: dict[str, np.ndarray] = {}
-        self._minds: list[Mind] = []
-        self._bodies: dict[str, np.ndarray] = {}
-        self.lengthen_trails(TRAIL)
+        self._lay_out_memory(BEEN, TRAIL)
+
+    @property
+    def run(self) -> Simulation:
+        """The simulation that these arrays are of."""
+        return cast(Simulation, self._run())
 
     @property
     def arrays(self) -> Arrays:
         """The tables, as long as they are now."""
         return self.tables.arrays
 
-    def lengthen_trails(self, most: int) -> None:
-        """Make room for so many doors of a way back."""
-        run = self.run
-        marks = len(run.building.landmarks)
-        ends = {"seen_from": marks, "patches": 2 * marks}
-        ends["been"] = ends["patches"] + self.tables.patches
-        ends["trail"] = ends["been"] + run.navigation.floor_size
-        wide = np.zeros((len(self.state.minds), ends["trail"] + 2 * most), np.int32)
-        old = self.state.memory
-        wide[:, : old.shape[1]] = old
-        self.state = self.state._replace(memory=wide)
-        self._numbers(most, ends)
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """What is unpickled begins arrays of its own."""
+        return type(None), ()
 
-    def _numbers(self, most_trail: int, ends: dict[str, int]) -> None:
-        """Read the numbers: compiled functions keep none of their own."""
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Kept | None":
+        """What was copied with the minds; else a copy begins arrays of its own."""
+        return memo.get(id(self))
+
+    def copied(self, run: Simulation | None) -> "Kept":
+        """A copy for a copy of the simulation (incomplete yet), or of its world alone."""
+        twin = Kept.__new__(Kept)
+        vars(twin).update(vars(self))
+        if run is not None:
+            twin._run = ref(run)
+        twin._minds = []
+        twin.asked_for_minds = False
+        twin._bodies = {}
+        twin._flames = {}
+        own = {name: getattr(self.state, name).copy() for name in OWN}
+        twin.state = self.state._replace(**own)
+        return twin
+
+    # -- Numbers and room -----------------------------------------------------------
+
+    def _lay_out_memory(self, most_been: int, most_trail: int) -> None:
+        """Make room for so many places where one has been and doors of a way back."""
         run = self.run
-        nav = run.navigation
-        top, left = run.building.origin
-        values = {name: getattr(paper, name) for name in FLOATS} | ends
-        values |= {
-            "body_diameter": paper.body_diameter(),
-            "stairs_metres": paper.stairs_metres(),
-            "tick": run.tick,
-            "time_limit": run.scenario.time_limit,
-            "reach": run.sight.reach,
-            "health_rate": paper.HEALTH_RATE * run.scenario.frames_per_tick,
-            "burn_seconds": run.spread.burn_seconds,
-            "decision_ticks": run.decision_ticks,
-            "flame_ticks": run._flame_ticks,
-            "most_sources": run.scenario.sources,
-            "fire_first": paper.FIRE_FIRST_DECISION,
-            "fire_every": paper.FIRE_EVERY_DECISIONS,
-            "people": len(self.state.bodies),
-            "floors": nav.floors,
-            "rows": nav.rows,
-            "cols": nav.cols,
-            "floor_size": nav.floor_size,
-            "places": nav.places,
-            "top": top,
-            "left": left,
-            "half": self.tables.half,
-            "side": self.tables.side,
-            "clear_reach": nav.clear.reach,
-            "clear_side": nav.clear.side,
-            "landmarks": len(run.building.landmarks),
-            "most_trail": most_trail,
-        }
-        for name, value in values.items():
-            self.state.numbers[name] = value
+        old = self.state.memory
+        marks = len(run.building.landmarks)
+        patches = 2 * marks
+        been = patches + self.tables.patches
+        trail = been + most_been
+        wide = np.zeros((len(old), trail + 2 * most_trail), np.int32)
+        if old.size:
+            numbers = self.state.numbers[0]
+            wide[:, :trail][:, : numbers["trail"]] = old[:, : numbers["trail"]]
+            steps = old[:, numbers["trail"] :]
+            wide[:, trail : trail + steps.shape[1]] = steps
+        self.state = self.state._replace(memory=wide)
+        self._memory = (marks, patches, been, trail, most_been, most_trail)
+        self._settings = ()
+        self._read_numbers()
+
+    def make_room(self) -> None:
+        """Make room to remember twice as much."""
+        numbers = self.state.numbers[0]
+        most_been = 2 * int(numbers["most_been"])
+        self._lay_out_memory(most_been, 2 * int(numbers["most_trail"]))
+
+    def _read_numbers(self) -> None:
+        """Read the numbers again, if any has changed: compiled functions keep none."""
+        run = self.run
+        settings = (
+            *from_paper(vars(paper)),
+            paper.body_diameter(),
+            paper.stairs_metres(),
+            paper.HEALTH_RATE * run.scenario.frames_per_tick,
+            run.tick,
+            run.scenario.time_limit,
+            run.sight.reach,
+            run.spread.burn_seconds,
+            run.decision_ticks,
+            run._flame_ticks,
+            run.scenario.sources,
+            paper.FIRE_FIRST_DECISION,
+            paper.FIRE_EVERY_DECISIONS,
+        )
+        if settings == self._settings:
+            return
+        self._settings = settings
+        nav = self.tables.navigation
+        sizes = (
+            len(self.state.bodies),
+            nav.floors,
+            nav.rows,
+            nav.cols,
+            nav.floor_size,
+            nav.places,
+            *run.building.origin,
+            self.tables.half,
+            self.tables.side,
+            nav.clear.reach,
+            nav.clear.side,
+            len(run.building.landmarks),
+        )
+        numbers = np.array([(*settings, *sizes, *self._memory)], NUMBERS)
+        self.state = self.state._replace(numbers=numbers)
 
     # -- From the book --------------------------------------------------------------
 
@@ -260,11 +373,14 @@ class Kept:
         """Take over all that the book or a strategy may have changed."""
         run = self.run
         world = run.world
+        self._take_tables()
+        self._read_numbers()
         self._take_bodies(world.bodies)
-        if not isinstance(world, Played):
+        mine = isinstance(world.minds, Minds) and world.minds.kept is self
+        if not (mine and self.has_minds):
             self._take_minds(world.minds)
-            world.__dict__["kept"] = self
-            world.__class__ = Played
+            self.has_minds = True
+            world.minds = cast(list[Mind], Minds(self))
         self._take_robots()
         self._take_arrays()
         self.take_flames()
@@ -273,6 +389,17 @@ class Kept:
         clock["ticks"] = run.ticks
         clock["person_seconds"] = run.person_seconds
         clock["fire"] = type(run.fire_strategy) is not NoFire
+
+    def _take_tables(self) -> None:
+        """See to it that the tables are those of the Sight and the ways of today."""
+        tables = tables_of(self.run.sight)
+        if tables is self.tables:
+            return
+        self.minds_given()
+        self.tables = tables
+        some = np.zeros(tables.side**2 + 1, np.int32)
+        self.state = self.state._replace(some=some, memory=self.state.memory[:, :0])
+        self._lay_out_memory(*self._memory[4:])
 
     def _take_bodies(self, bodies: Bodies) -> None:
         """Make the book's arrays columns of the records."""
@@ -289,51 +416,44 @@ class Kept:
             self._bodies[name] = column
             setattr(bodies, name, column)
 
-    def _take_minds(self, minds: list[Mind]) -> None:
-        self._minds = minds
-        numbers = self.state.numbers[0]
-        longest = max((len(mind.trail) for mind in minds), default=0)
-        if longest + 2 > numbers["most_trail"]:
-            self.lengthen_trails(2 * longest + 2)
-        numbers = self.state.numbers[0]
-        seen_from, patches, been, trail = (
-            int(numbers[name]) for name in ("seen_from", "patches", "been", "trail")
-        )
-        size = self.run.navigation.floor_size
-        memory = self.state.memory
-        memory[:] = 0
-        memory[:, seen_from:patches] = -1
-        for i, mind in enumerate(minds):
-            goal = mind.goal
-            self.state.minds[i] = (
-                mind.mode,
-                mind.leader,
-                mind.seen_at,
-                mind.seen_place,
-                NOT_TOLD if mind.told is None else mind.told,
-                mind.pause_until,
-                mind.waits_until,
-                goal.aim,
-                goal.which,
-                goal.place,
-                *mind.facing,
-                len(mind.trail),
-                len(mind.been),
-                next(iter(mind.been), 0) // size,
-            )
-            row = memory[i]
-            if mind.doors:
-                row[list(mind.doors)] = 1
-            for mark, room in mind.seen_from.items():
-                row[seen_from + mark] = room
-            if mind.patches:
-                row[np.array(list(mind.patches)) + (patches + 1)] = 1
-            for stamp, place in enumerate(mind.been, 1):
-                row[been + place % size] = stamp
-            for k, passed in enumerate(mind.trail):
-                row[trail + 2 * k] = passed.door
-                row[trail + 2 * k + 1] = passed.side
-            self.tables.need(mind.been)
+    def _take_minds(self, minds: Sequence[Mind]) -> None:
+        """Write minds into the records; most are as they were made at the start."""
+        if isinstance(minds, Minds) and self._take_copied(minds.kept):
+            return
+        self._minds = minds.data if isinstance(minds, Minds) else cast(list, minds)
+        others = [i for i, mind in enumerate(self._minds) if mind != FRESH]
+        been = max((len(minds[i].been) for i in others), default=0)
+        trail = max((len(minds[i].trail) for i in others), default=0)
+        while been + 1 > self._memory[4] or trail + 1 > self._memory[5]:
+            self.make_room()
+        state = self.state
+        seen_from, patches, *_ = self._memory
+        state.minds[:] = np.array(_record_of(FRESH), MIND)
+        state.memory[:] = 0
+        state.memory[:, seen_from:patches] = NOWHERE
+        for i in others:
+            state.minds[i] = _record_of(self._minds[i])
+            self._take_memory(state.memory[i], self._minds[i])
+
+    def _take_copied(self, other: "Kept") -> bool:
+        """Take minds over from other arrays, if they are there and laid out alike."""
+        alike = other.tables is self.tables and other._memory == self._memory
+        if not (alike and other.has_minds):
+            return False
+        self.state.minds[:] = other.state.minds
+        self.state.memory[:] = other.state.memory
+        self._minds = []
+        return True
+
+    def _take_memory(self, row: np.ndarray, mind: Mind) -> None:
+        seen_from, patches, been, trail, *_ = self._memory
+        row[list(mind.doors)] = 1
+        for mark, room in mind.seen_from.items():
+            row[seen_from + mark] = room
+        row[np.array(list(mind.patches), int) + (patches + 1)] = 1
+        row[been : been + len(mind.been)] = list(mind.been)
+        row[trail : trail + 2 * len(mind.trail)] = np.ravel(mind.trail)
+        self.tables.need(mind.been)
 
     def _take_robots(self) -> None:
         for k, robot in enumerate(self.run.world.robots):
@@ -359,9 +479,14 @@ class Kept:
         """Take over what burns."""
         flames = self.run.world.flames
         state = self.state
-        for name in ("arrival", "burning", "ash", "harm", "cost"):
+        if flames.arrival is not self._flames.get("arrival"):
+            self._flames["arrival"] = flames.arrival
+            state = state._replace(arrival=flames.arrival.ravel())
+            self.state = state
+        written = bool(flames.sources) or flames.burning.any()
+        for name in ("burning", "ash", "harm", "cost"):
             now = getattr(flames, name)
-            if now is not self._flames.get(name):
+            if written or now is not self._flames.get(name):
                 self._flames[name] = now
                 getattr(state, name)[:] = now.ravel()
         state.burnt[:] = False
@@ -379,13 +504,14 @@ class Kept:
         run = self.run
         clock = self.state.clock[0]
         run.world.time = float(clock["time"])
+        if run.ticks != clock["ticks"]:
+            walkers = self.state.walkers[: clock["walked"]]
+            run.walked_to = np.stack([walkers["tried_x"], walkers["tried_y"]], axis=1)
         run.ticks = int(clock["ticks"])
         run.person_seconds = float(clock["person_seconds"])
         self._tell_events()
         if clock["flames_moved"]:
             self._give_flames()
-        walkers = self.state.walkers[: clock["walked"]]
-        run.walked_to = np.stack([walkers["tried_x"], walkers["tried_y"]], axis=1)
         robots = zip(run.world.robots, self.state.robots.tolist(), strict=True)
         for k, (robot, mine) in enumerate(robots):
             x, y, place, _, _, says, at, end, active, *_ = mine
@@ -394,6 +520,8 @@ class Kept:
             robot.says = says
             robot.active = bool(active)
             robot.way = self.state.ways[k, at:end].tolist()
+        if self.asked_for_minds:
+            self.minds_given()
 
     def _give_flames(self) -> None:
         """Give the book what burns now, in new arrays: old ones may be kept."""
@@ -422,35 +550,51 @@ class Kept:
                 event = Died(time, person, floor)
             self.run.events.append(event)
 
-    def give_minds_back(self) -> list[Mind]:
-        """Write the minds into the book's objects, and leave them there."""
-        world = self.run.world
-        world.__class__ = World
-        del world.__dict__["kept"]
-        world.minds = self._minds
-        numbers = self.state.numbers[0]
-        names = ("seen_from", "patches", "been", "trail")
-        cuts = [int(numbers[name]) for name in names]
-        rows = np.split(self.state.memory, cuts, axis=1)
-        size = self.run.navigation.floor_size
-        for i, mine in enumerate(self.state.minds.tolist()):
-            mind = world.minds[i]
+    def minds_given(self) -> list[Mind]:
+        """The book's minds, as they are now."""
+        if self.has_minds:
+            self.written_minds(self._minds)
+            self.has_minds = False
+        return self._minds
+
+    def written_minds(self, minds: list[Mind]) -> list[Mind]:
+        """Write the records into minds; into new ones where there are none."""
+        minds.extend(Mind() for _ in range(len(minds), len(self.state.minds)))
+        rows = np.split(self.state.memory, self._memory[:4], axis=1)
+        each = zip(minds, self.state.minds.tolist(), *rows, strict=True)
+        for mind, mine, doors, seen_from, patches, been, trail in each:
             mind.mode = Mode(mine[0])
             mind.leader, mind.seen_at, mind.seen_place = mine[1:4]
             mind.told = None if mine[4] == NOT_TOLD else mine[4]
             mind.pause_until, mind.waits_until = mine[5:7]
             mind.goal = Goal(Aim(mine[7]), mine[8], mine[9])
             mind.facing = mine[10], mine[11]
-            doors, seen_from, patches, been, trail = (part[i] for part in rows)
             mind.doors = set(np.flatnonzero(doors).tolist())
             known = np.flatnonzero(seen_from != NOWHERE).tolist()
             mind.seen_from = {mark: int(seen_from[mark]) for mark in known}
             mind.patches = set((np.flatnonzero(patches) - 1).tolist())
-            places = np.flatnonzero(been)
-            order = places[np.argsort(been[places], kind="stable")] + mine[14] * size
-            mind.been = dict.fromkeys(order.tolist())
-            steps = trail[: 2 * mine[12]].tolist()
+            mind.been = dict.fromkeys(been[: mine[12]].tolist())
+            steps = trail[: 2 * mine[13]].tolist()
             mind.trail = [
                 Passed(*both) for both in zip(steps[::2], steps[1::2], strict=True)
             ]
-        return world.minds
+        return minds
+
+
+def _record_of(mind: Mind) -> tuple[Any, ...]:
+    """A mind without its memory, as a record MIND."""
+    return (
+        mind.mode,
+        mind.leader,
+        mind.seen_at,
+        mind.seen_place,
+        NOT_TOLD if mind.told is None else mind.told,
+        mind.pause_until,
+        mind.waits_until,
+        mind.goal.aim,
+        mind.goal.which,
+        mind.goal.place,
+        *mind.facing,
+        len(mind.been),
+        len(mind.trail),
+    )

@@ -12,10 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from reference.building import Kind
-from reference.navigation import NEIGHBOURS, Navigation
+from reference.navigation import Navigation, navigation_of
 from reference.rays import Sight
-
-FIELDS = 512  # ways to single places that are kept
+from reference.workshop.engine.ways import Ways, ways_of
 
 IN_LINE = 1  # bits of `square`
 SEEN = 2
@@ -29,8 +28,8 @@ def record(**kinds: str) -> np.dtype:
 
 
 CELL = record(
-    x="f8", y="f8", to_landmarks="f8", mark="i4", area="i4", patch="i4", row="i4",
-    field="i4", steps="i4", walkable="u1",
+    x="f8", y="f8", to_landmarks="f8", down="i4", right="i4", mark="i4", area="i4",
+    patch="i4", row="i4", walkable="u1",
 )  # fmt: skip
 MARK = record(
     x="f8", y="f8", width="f8", floor="i4", kind="i4", stairwell="i4", leads_out="i4"
@@ -42,8 +41,6 @@ ROW = record(
 )  # fmt: skip
 HIT = record(distance="f8", mark="i4", kind="i4", end="i4", of_room="i4")
 OPEN = record(x="f8", y="f8", patch="i4", place="i4")
-HEAP = record(d="f8", p="i8")
-FOUND = record(d="f8", done="i8")
 LANDING = record(place="i4", mark="i4", beyond="i4")
 
 
@@ -57,11 +54,7 @@ class Arrays(NamedTuple):
     waypoint: np.ndarray  # (L, S) see Navigation
     after: np.ndarray  # (L, S) the next place, cell by cell
     clear: np.ndarray  # (places, k) bool, see StraightLines
-    fields: np.ndarray  # (FIELDS, S) the next place to single places
-    used: np.ndarray  # (FIELDS + 1,) place that each field is of; the last: the oldest
-    heap: np.ndarray  # HEAP, of a search
-    found: np.ndarray  # (S,) FOUND, by a search
-    path: np.ndarray  # (S,) the next places of one search
+    ways: Ways  # what ways are found with
     rows: np.ndarray  # ROW
     square: np.ndarray  # (rows, side * side) bits, of the square around a place
     hits: np.ndarray  # HIT, of rows in turn
@@ -74,9 +67,10 @@ class Tables:
 
     def __init__(self, sight: Sight):
         """Build what does not depend on who stands where."""
-        nav = sight.navigation
+        nav = navigation_of(sight.building)
         building = sight.building
         self.sight = sight
+        self.navigation = nav
         self.half = int(sight.reach) + 1
         self.side = 2 * self.half + 1
         self.patches = int(sight.patches.max()) + 2
@@ -85,13 +79,12 @@ class Tables:
         cells = np.zeros(nav.places, CELL)
         cells["x"], cells["y"] = nav.centres.T
         cells["to_landmarks"] = nav.to_landmarks
+        cells["down"], cells["right"] = np.divmod(np.arange(nav.places), nav.cols)
         cells["mark"] = building.landmark.ravel()
         cells["area"] = building.area.ravel()
         cells["patch"] = sight.patches
         cells["row"] = -1
-        cells["field"] = -1
         cells["walkable"] = nav.walkable
-        cells["steps"] = _steps(nav)
 
         marks = np.zeros(len(building.landmarks), MARK)
         after = np.zeros((len(marks), nav.floor_size), np.int32)
@@ -111,18 +104,13 @@ class Tables:
             waypoint=nav.waypoint,
             after=after,
             clear=nav.clear.table,
-            fields=np.zeros((FIELDS, nav.floor_size), np.int32),
-            used=np.full(FIELDS + 1, -1, np.int32),
-            heap=np.zeros(8 * nav.floor_size + 8, HEAP),
-            found=np.zeros(nav.floor_size, FOUND),
-            path=np.zeros(nav.floor_size, np.int32),
+            ways=ways_of(nav),
             rows=np.zeros(64, ROW),
             square=np.zeros((64, self.side * self.side), np.uint8),
             hits=np.zeros(256, HIT),
             opens=np.zeros(256, OPEN),
             lists=np.zeros(1024, np.int32),
         )
-        self.arrays.used[-1] = 0
         self._wells(nav)
 
     def _wells(self, nav: Navigation) -> None:
@@ -215,17 +203,6 @@ class Tables:
             self.arrays = self.arrays._replace(**{name: longer})
 
 
-def _steps(nav: Navigation) -> np.ndarray:
-    """(places,) bits: to which of NEIGHBOURS may one step?"""
-    bits = np.zeros((nav.floors, nav.floor_size), np.int32)
-    for floor, steps in enumerate(nav.steps):
-        start = np.repeat(np.arange(nav.floor_size), np.diff(steps.indptr))
-        for k, (down, right) in enumerate(NEIGHBOURS):
-            there = steps.indices - start == down * nav.cols + right
-            bits[floor, start[there]] |= 1 << k
-    return bits.ravel()
-
-
 def _landings(nav: Navigation) -> np.ndarray:
     """Where people step out of each stairwell, in the order in which they try."""
     found = []
@@ -239,6 +216,8 @@ def _landings(nav: Navigation) -> np.ndarray:
 
 def tables_of(sight: Sight) -> Tables:
     """The tables of a Sight, begun once; they go when it goes."""
-    kept: Tables = vars(sight).setdefault("_engine", None) or Tables(sight)
-    vars(sight)["_engine"] = kept
+    kept: Tables | None = vars(sight).get("_engine")
+    if kept is None or kept.navigation is not navigation_of(sight.building):
+        kept = Tables(sight)
+        vars(sight)["_engine"] = kept
     return kept

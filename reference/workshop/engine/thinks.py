@@ -9,7 +9,7 @@ from math import sqrt
 
 import numpy as np
 
-from reference.workshop.engine.mirrors import mirrors
+from reference.workshop.engine.mirrors import compiled, mirrors
 from reference.workshop.engine.sees import (
     ENTRANCE,
     EXIT,
@@ -19,15 +19,14 @@ from reference.workshop.engine.sees import (
     hit_of,
     is_burnt,
     is_overlooked,
-    next_place,
     passable,
-    reaches,
     safe,
     sighted,
     suitable_leader,
 )
 from reference.workshop.engine.state import NOT_TOLD
 from reference.workshop.engine.tables import GROUND
+from reference.workshop.engine.ways import next_place, reaches
 from reference.world import Aim, Mode
 
 NOTHING = int(Aim.NOTHING)
@@ -223,27 +222,18 @@ def look_again(N, me, mine, observe, some):
         some[count] = me.place
         count += 1
 
-    stamp = me.stamp + 1
-    start = me.home * N.floor_size
-    while True:  # the latest first
-        latest = 0
-        place = -1
-        for p in range(N.floor_size):
-            if latest < mine[N.been + p] < stamp:
-                latest = mine[N.been + p]
-                place = p
-        if place < 0:
-            break
-        stamp = latest
-        left = 0
+    for latest in range(me.been - 1, -1, -1):
+        place = np.int64(mine[N.been + latest])
+        kept = 0
         for k in range(count):
-            left += not is_overlooked(N, observe, start + place, some[k])
-        if not left:
+            if not is_overlooked(N, observe, place, some[k]):
+                kept += 1
+        if not kept:
             break
         kept = 0
         for k in range(count):
             q = some[k]
-            if not is_overlooked(N, observe, start + place, q):
+            if not is_overlooked(N, observe, place, q):
                 some[kept] = q
                 kept += 1
         count = kept
@@ -302,7 +292,7 @@ def leader_sets_off(N, me, mine, observe, some):
     return LANDMARK, fresh, -1  # Alg. 2:19, 20
 
 
-@mirrors("humans.think ed5b74")
+@mirrors("humans.think 757297")
 def think(N, me, mine, observe, some):
     """Let one human decide once where to go; True: not where they went before."""
     remember(N, me, mine, observe)
@@ -332,9 +322,7 @@ def remember(N, me, mine, observe):
     v = observe.now[0]
     for k in range(v.looked, v.looked_end):
         mine[N.patches + 1 + observe.lists[k]] = 1
-    me.stamp += 1
-    me.home = v.place // N.floor_size
-    mine[N.been + v.place % N.floor_size] = me.stamp
+    been_in(N, me, mine, v.place)
     if v.room != -1:
         for k in range(v.hits, v.hits_end):
             hit = observe.hits[k]
@@ -355,6 +343,20 @@ def remember(N, me, mine, observe):
             kept += 1
     me.trail = kept
     remember_leader(me, observe)
+
+
+@compiled
+def been_in(N, me, mine, place):
+    """Note a place as the newest of those where one has been."""
+    at = me.been - 1
+    while at >= 0 and mine[N.been + at] != place:
+        at -= 1
+    if at < 0:
+        at = me.been
+        me.been += 1
+    for k in range(at, me.been - 1):
+        mine[N.been + k] = mine[N.been + k + 1]
+    mine[N.been + me.been - 1] = place
 
 
 @mirrors("humans._remember_leader 05de1c")
@@ -395,7 +397,7 @@ def forget(N, me, mine):
     mine[: N.trail] = 0
     mine[N.seen_from : N.patches] = -1
     me.trail = 0
-    me.stamp = 0
+    me.been = 0
 
 
 @mirrors("humans.arrive 208c08")
@@ -412,7 +414,7 @@ def arrive(N, me, mine, landmark, beyond):
 
 
 @mirrors("humans._show_decision 6611a6", "humans._straight aebd63")
-def show_decision(N, me, body, cells, clear, fields, used, heap, found):
+def show_decision(N, me, body, cells, clear, W):
     """Copy mode, leader and goal of one mind to its body, which then walks there."""
     body.mode = me.mode
     body.leader = me.leader
@@ -427,6 +429,6 @@ def show_decision(N, me, body, cells, clear, fields, used, heap, found):
     body.goal_x = cells[at].x
     body.goal_y = cells[at].y
     if me.aim == DIRECTION and not reaches(N, clear, body.place, at):
-        at = next_place(N, cells, fields, used, heap, found, body.place, at)
+        at = next_place(N, W, body.place, at)
     body.target_x = cells[at].x
     body.target_y = cells[at].y

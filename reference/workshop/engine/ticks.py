@@ -19,8 +19,9 @@ from reference.workshop.engine.sees import (
     INSIDE,
     Observe,
     face,
+    grid_cell,
+    lay_grid,
     look,
-    place_beyond,
     row_of,
 )
 from reference.workshop.engine.state import DIED, DOOR_BURNT, EVACUATED, LEFT_FLOOR
@@ -34,6 +35,7 @@ from reference.workshop.engine.walks import (
     step,
     target,
 )
+from reference.workshop.engine.ways import place_beyond
 from reference.world import FLOOR_APART, Fate
 
 OUT = int(Fate.EVACUATED)
@@ -43,7 +45,7 @@ STAIRS = int(Kind.ENTRANCE)
 # where a call goes on
 SENSE, ROBOTS, MOVE = range(3)
 # why it came back
-PLAYED, OVER, STRATEGIES, ROW, TRAILS, PAIRS, EVENTS = range(7)
+PLAYED, OVER, STRATEGIES, ROW, MEMORY, PAIRS, EVENTS = range(7)
 
 
 @mirrors("simulation.Simulation.step 5b2e4c", "simulation.Simulation.burn 6e91f8",
@@ -64,11 +66,12 @@ def play(T, S, rng):
             if clock.events + 4 * N.people + N.landmarks > len(S.events):
                 return EVENTS
             for i in range(N.people):
-                if S.minds[i].trail + 1 > N.most_trail:
-                    return TRAILS
-            if not sense(N, T, S):
+                mind = S.minds[i]
+                if mind.been == N.most_been or mind.trail == N.most_trail:
+                    return MEMORY
+            if not sense(N, T, S, clock):
                 return ROW
-            decide(N, T, S, observe)
+            decide(N, T, S, clock, observe)
             clock.phase = ROBOTS
             if clock.ticks % N.decision_ticks == 0:
                 if len(S.robots) or (clock.fire and fire_turn(N, clock)):
@@ -127,8 +130,9 @@ def fire_turn(N, clock):
 
 
 @compiled
-def sense(N, T, S):
+def sense(N, T, S, clock):
     """Find the row of all who are due; False: one is missing."""
+    clock.thinking = 0
     for i in range(N.people):
         body = S.bodies[i]
         if S.due[i] and body.fate == INSIDE and body.stairwell < 0:
@@ -137,34 +141,46 @@ def sense(N, T, S):
             )
             if row < 0:
                 return False
+            S.who[clock.thinking] = i
             S.row_of[i] = row
+            clock.thinking += 1
     return True
 
 
 @mirrors("humans.decide fb2cbf")
-def decide(N, T, S, observe):
+def decide(N, T, S, clock, observe):
     """Let those who are due think; then show on their bodies what they have decided."""
-    for i in range(N.people):
+    if not clock.thinking:
+        return
+    place_people(N, S, S.grid[0])
+    for k in range(clock.thinking):
+        i = S.who[k]
         body = S.bodies[i]
-        here = body.fate == INSIDE and body.stairwell < 0
-        S.spots[i, 0] = body.x + FLOOR_APART * body.floor if here else inf
-        S.spots[i, 1] = body.y
-    for i in range(N.people):
+        me = S.minds[i]
+        look(
+            N, clock, S.bodies, S.spots, S.grid[0], S.heads, S.robots, S.burnt, T.cells,
+            T.rows[S.row_of[i]], observe, S.row_of[i], i,
+        )  # fmt: skip
+        if think(N, me, S.memory[i], observe, S.some):
+            face(me, body.place, T.cells, T.marks)
+    for k in range(clock.thinking):
+        i = S.who[k]
+        show_decision(N, S.minds[i], S.bodies[i], T.cells, T.clear, T.ways)
+
+
+@compiled
+def place_people(N, S, grid):
+    """Put all who walk on a floor into the grid, low numbers first."""
+    lay_grid(N, grid, S.heads, N.reach)
+    for i in range(N.people - 1, -1, -1):
         body = S.bodies[i]
-        if S.due[i] and body.fate == INSIDE and body.stairwell < 0:
-            me = S.minds[i]
-            look(
-                N, S.clock[0], S.bodies, S.spots, S.robots, S.burnt, T.cells,
-                T.rows[S.row_of[i]], observe, S.row_of[i], i,
-            )  # fmt: skip
-            if think(N, me, S.memory[i], observe, S.some):
-                face(me, body.place, T.cells, T.marks)
-    for i in range(N.people):
-        body = S.bodies[i]
-        if S.due[i] and body.fate == INSIDE and body.stairwell < 0:
-            show_decision(
-                N, S.minds[i], body, T.cells, T.clear, T.fields, T.used, T.heap, T.found
-            )
+        if body.fate == INSIDE and body.stairwell < 0:
+            spot = S.spots[i]
+            spot.x = body.x + FLOOR_APART * body.floor
+            spot.y = body.y
+            spot.cell = grid_cell(N, grid, body.floor, body.x, body.y)
+            spot.later = S.heads[spot.cell]
+            S.heads[spot.cell] = i
 
 
 # -- MOVE ---------------------------------------------------------------------------
@@ -185,7 +201,7 @@ def people_move(N, T, S, rng):
             w.y = body.y
             w.pace = body.pace
             n += 1
-    count = neighbours(N, S.walkers, n, S.pairs)
+    count = neighbours(N, S.walkers, n, S.pairs, S.grid[0], S.heads)
     if count < 0:
         return False
 
@@ -195,10 +211,7 @@ def people_move(N, T, S, rng):
         w.inside = T.cells[body.place].mark
         reckless = body.reckless_until > clock.time - 1e-9
         w.fearless = S.burning[body.place] or reckless
-        target(
-            N, T.cells, T.fields, T.used, T.heap, T.found, T.after, T.waypoint, clock,
-            body, w,
-        )  # fmt: skip
+        target(N, T.cells, T.ways, T.after, T.waypoint, clock, body, w)
     around = Around(T.cells, S.full_until, S.burning, S.clock)
     step(N, around, S.walkers, n, S.pairs, count, rng)
     clock.touched = 0

@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from reference.workshop.engine.mirrors import compiled, mirrors
-from reference.workshop.engine.sees import INSIDE, next_place
+from reference.workshop.engine.sees import INSIDE, grid_cell, grid_position, lay_grid
 from reference.workshop.engine.thinks import arrive
+from reference.workshop.engine.ways import next_place
 
 
 class Around(NamedTuple):
@@ -31,7 +32,7 @@ class Around(NamedTuple):
 
 
 @mirrors("motion.neighbours 11aba2")
-def neighbours(N, walkers, n, pairs):
+def neighbours(N, walkers, n, pairs, grid, heads):
     """Pairs on the same floor that are near each other; -1: no room for all."""
     if n < 2:
         return 0
@@ -41,29 +42,24 @@ def neighbours(N, walkers, n, pairs):
     near = max(N.NEIGHBOUR_METRES, N.body_diameter + 2 * pace * N.tick)
     square = near * near
 
-    # chains of bodies in each cell of a coarse grid, low numbers first
-    across = np.int64(N.cols / near) + 2
-    down = np.int64(N.rows / near) + 2
-    first = np.full(N.floors * down * across, -1, np.int32)
-    later = np.empty(n, np.int32)
-    cell = np.empty(n, np.int32)
+    # chains of bodies in each cell of a grid, low numbers first
+    lay_grid(N, grid, heads, near)
     for i in range(n - 1, -1, -1):
         w = walkers[i]
-        col = min(max(np.int64((w.x + N.left) / near), 0), across - 1)
-        row = min(max(np.int64((N.top - w.y) / near), 0), down - 1)
-        cell[i] = (w.floor * down + row) * across + col
-        later[i] = first[cell[i]]
-        first[cell[i]] = i
+        w.cell = grid_cell(N, grid, w.floor, w.x, w.y)
+        w.later = heads[w.cell]
+        heads[w.cell] = i
 
     count = 0
     for i in range(n):
         w = walkers[i]
-        col = cell[i] % across
-        row = cell[i] // across % down
+        across, down = grid_position(grid, w.cell)
         begin = count
-        for d_row in range(-1 if row else 0, 2 if row < down - 1 else 1):
-            for d_col in range(-1 if col else 0, 2 if col < across - 1 else 1):
-                j = first[cell[i] + d_row * across + d_col]
+        for d_row in range(-1 if down else 0, 2 if down < grid.down - 1 else 1):
+            for d_col in range(
+                -1 if across else 0, 2 if across < grid.across - 1 else 1
+            ):
+                j = heads[w.cell + d_row * grid.across + d_col]
                 while j >= 0:
                     if j > i:
                         x = walkers[j].x - w.x
@@ -78,7 +74,7 @@ def neighbours(N, walkers, n, pairs):
                             pairs[k].j = j
                             pairs[count].i = i
                             count += 1
-                    j = later[j]
+                    j = walkers[j].later
     return count
 
 
@@ -430,7 +426,7 @@ def step(N, A, walkers, n, pairs, count, rng):
 
 
 @mirrors("walking.targets 39a60f")
-def target(N, cells, fields, used, heap, found, after, waypoint, clock, body, w):
+def target(N, cells, W, after, waypoint, clock, body, w):
     """Where one walks straight at; without headway, from cell to cell [A9, chosen]."""
     p = body.place
     mark = body.landmark
@@ -442,7 +438,7 @@ def target(N, cells, fields, used, heap, found, after, waypoint, clock, body, w)
         at = np.int64(after[mark, cell] if held_up else waypoint[mark, cell])
     elif held_up:
         goal = place_around(N, p // N.floor_size, body.target_x, body.target_y)
-        at = next_place(N, cells, fields, used, heap, found, p, goal)
+        at = next_place(N, W, p, goal)
     else:
         return
     w.to_x = cells[at].x

@@ -14,7 +14,7 @@ from os import PathLike
 from pathlib import Path
 
 import reference
-from reference import floorplan, former_names
+from reference import floorplan
 from reference.building import Building, build, building_of
 from reference.floorplan import Drawing
 from reference.navigation import Navigation, navigation_of
@@ -130,6 +130,3 @@ def plan_of(building: Building) -> str:
 copyreg.pickle(Building, lambda b: (building_of, (plan_of(b),)))
 copyreg.pickle(Navigation, lambda nav: (navigation_of, (nav.building,)))
 copyreg.pickle(Sight, lambda sight: (sight_of, (sight.building, sight.reach)))
-
-
-__getattr__ = former_names(__name__, {"parse": "parse_map"})

@@ -1,123 +1,251 @@
-"""Measure how fast maps are read, crowds walk, rollouts are played and learners learn.
+"""Measure how fast crowds walk, rollouts are played and learners learn.
 
-On one core; seconds are the processor's, so that what else runs
-on a machine changes little.
+By the book and by the engine, which compute the same. On one core; seconds are the
+processor's, so that what else runs on a machine changes little.
 """
 
-from collections.abc import Iterator, Sequence
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
-from statistics import median
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import process_time
-from typing import Any
 
 from tqdm import tqdm
 
 from reference import paper
 from reference.building import Building
-from reference.fire import RandomFire
+from reference.game.environment import until_next_decision
 from reference.learning.experience import Trajectory
 from reference.learning.ppo import Learner
-from reference.learning.rollouts import Episode, play
-from reference.learning.settings import SIDES, Side
+from reference.learning.rollouts import Advance, Episode, Job, play
+from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.lockstep import advance_in_lockstep
+from reference.workshop import engine
 from reference.workshop.maps import find_map, plan_of, read_map
 from reference.workshop.storage.workers import one_thread
-from reference.workshop.strategies.guides import Sweep
+from reference.workshop.strategies import SCRIPTS
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.presets import preset
 from reference.workshop.training.rounds import Training
 
-REPEATS = 5  # seeds of a crowd
 BENCH_PRESETS = ("paper", "laptop")
 BATCHES = 4  # minibatches of a measured update, at least
+
+Figures = dict[str, float | None]
+"""By who plays, "book" and "engine", or "both" where that makes no difference."""
 
 _bar = partial(tqdm, disable=None, leave=False)  # shown on a terminal
 
 
-def crowd_cases() -> dict[str, tuple[int, float]]:
-    """People, and seconds until a run stops; in the first 20 everybody is inside."""
+@dataclass(frozen=True)
+class Crowd:
+    """Evacuations to play: who guides, what burns, until when, how many."""
+
+    people: int
+    robots: str
+    fire: str
+    seconds: float
+    runs: int
+
+
+def crowd_cases() -> dict[str, Crowd]:
+    """What is played; in the first 20 s everybody is inside."""
     forty = paper.PEOPLE
+    many = 10 * forty
+    whole = Scenario().time_limit
     return {
-        f"{forty} people, first 20 s": (forty, 20.0),
-        f"{10 * forty} people, first 20 s": (10 * forty, 20.0),
-        f"{forty} people, whole": (forty, Scenario().time_limit),
+        f"{forty} people, no guide, no fire, 8 runs": Crowd(
+            forty, "none", "none", whole, 8
+        ),
+        f"{many} people, the same, first 20 s, 4 runs": Crowd(
+            many, "none", "none", 20.0, 4
+        ),
+        f"{forty} people, escort, busiest, 16 runs": Crowd(
+            forty, "escort", "busiest", whole, 16
+        ),
     }
 
 
-def measure_speed(name: str, seed: int) -> dict[str, Any]:
-    """Measure a building, by path or name; return figures by what was measured.
+def measure_speed(name: str, seed: int) -> dict[str, dict[str, Figures]]:
+    """Measure a building, by path or name; return figures of each thing measured.
 
     load_seconds        until the first tick can begin: text, checks, ways and sight
-    person_seconds_per_second  of each of `crowd_cases` whose people fit, medians over
-    RUNS decisions_per_second  of robots in a preset's first round, networks and world
+    compile_seconds     until the engine has played a first decision: from nothing, and
+                        from what an earlier process has compiled
+    microseconds_per_tick  of one world, in each of `crowd_cases` whose people fit
+    person_seconds_per_second  simulated there
+    decisions_per_second  of robots in a preset's first round, networks and world
                         included
     samples_per_second  agent-decisions that a preset's learner takes in, each epoch of
                         an update counted; robots by MA-POCA, fire by PPO
 
-    Networks are untrained, so episodes last long. Raises what reading a map raises.
+    What the engine would have measured is None where it stands aside. Networks are
+    untrained, so episodes last long. Raises what reading a map raises.
     """
     start = process_time()
     building = Building(read_map(find_map(name)))
     Simulation(building)
     loading = process_time() - start
 
-    speeds: dict[str, float] = {}
-    for case in crowd_cases():
+    ticks: dict[str, Figures] = {}
+    speeds: dict[str, Figures] = {}
+    for case, crowd in _bar(crowd_cases().items(), "crowds"):
         with suppress(InputError):  # they do not fit
-            speeds[case] = median(_walk_crowds(building, case, seed))
+            ticks[case], speeds[case] = _measure_crowd(building, crowd, seed)
 
-    decisions: dict[str, float] = {}
-    samples: dict[str, float] = {}
-    for each in BENCH_PRESETS:
+    decisions: dict[str, Figures] = {}
+    samples: dict[str, Figures] = {}
+    for each in _bar(BENCH_PRESETS, "presets"):
         decisions[each], learners = _measure_learning(each, building, seed)
         for side, speed in learners.items():
-            samples[f"{each}, {side}"] = speed
+            samples[f"{each}, {side}"] = {"both": speed}
 
     return {
-        "load_seconds": {name: loading},
+        "load_seconds": {name: {"both": loading}},
+        "compile_seconds": _measure_compilation(),
+        "microseconds_per_tick": ticks,
         "person_seconds_per_second": speeds,
         "decisions_per_second": decisions,
         "samples_per_second": samples,
     }
 
 
-def _walk_crowds(building: Building, case: str, seed: int) -> Iterator[float]:
-    """Yield person-seconds per second of runs up to a time."""
-    people, end = crowd_cases()[case]
-    for k in _bar(range(seed, seed + REPEATS), case):
-        scenario = Scenario(people=people)
-        simulation = Simulation(building, scenario, Sweep(), RandomFire(), k)
+def why_no_engine() -> str:
+    """Say why the engine stands aside; "" where it plays."""
+    if find_spec("numba") is None:
+        return "numba is not installed"
+    return "" if engine.knows_all_rules() else "a rule has changed"
+
+
+# -- Compilation --------------------------------------------------------------------
+
+FIRST_DECISION = """
+from time import process_time
+from reference.simulation import Simulation
+from reference.workshop.engine import together
+from reference.workshop.maps import load
+run = Simulation(load("tiny"))
+start = process_time()
+together([run])
+print(process_time() - start)
+"""
+"""A process that prints how many seconds the engine takes to begin."""
+
+
+def _measure_compilation() -> dict[str, Figures]:
+    """Begin twice, in processes that share a cache which is empty at first."""
+    cases = ("from nothing", "from the cache")
+    if why_no_engine():
+        return {case: {"engine": None} for case in cases}
+    with TemporaryDirectory() as folder:
+        return {case: {"engine": _first_decision(folder)} for case in _bar(cases)}
+
+
+def _first_decision(cache: str) -> float:
+    """Let another process play one decision; return its seconds."""
+    package = str(Path(paper.__file__).parent.parent)
+    environment = os.environ | {"XDG_CACHE_HOME": cache, "PYTHONPATH": package}
+    command = [sys.executable, "-c", FIRST_DECISION]
+    done = subprocess.run(
+        command, env=environment, check=True, capture_output=True, text=True
+    )
+    return float(done.stdout.split()[-1])
+
+
+# -- Crowds -------------------------------------------------------------------------
+
+
+def _measure_crowd(
+    building: Building, crowd: Crowd, seed: int
+) -> tuple[Figures, Figures]:
+    """Measure microseconds per tick, and person-seconds per second."""
+    ticks: Figures = {"book": None, "engine": None}
+    speeds: Figures = {"book": None, "engine": None}
+    # warm up: what is seen from where, and compilation
+    engine.to_the_end(_begin(building, crowd, seed))
+
+    for player in _players():
+        runs = _begin(building, crowd, seed)
         start = process_time()
-        while not simulation.done and simulation.world.time < end:
-            simulation.step()
-        yield simulation.person_seconds / (process_time() - start)
+        _TO_THE_END[player](runs)
+        seconds = process_time() - start
+        ticks[player] = 1e6 * seconds / sum(run.ticks for run in runs)
+        speeds[player] = sum(run.person_seconds for run in runs) / seconds
+    return ticks, speeds
+
+
+def _begin(building: Building, crowd: Crowd, seed: int) -> list[Simulation]:
+    """Begin the evacuations. Raises InputError if the people do not fit."""
+    scenario = Scenario(people=crowd.people, time_limit=crowd.seconds)
+    robots = SCRIPTS["robots"][crowd.robots]
+    fire = SCRIPTS["fire"][crowd.fire]
+    return [
+        Simulation(building, scenario, robots(), fire(), k)
+        for k in range(seed, seed + crowd.runs)
+    ]
+
+
+def _run_each(runs: Sequence[Simulation]) -> None:
+    for run in runs:
+        run.run()
+
+
+_TO_THE_END: dict[str, Callable[[Sequence[Simulation]], None]] = {
+    "book": _run_each,
+    "engine": engine.to_the_end,
+}
+
+
+def _players() -> list[str]:
+    """Who plays: the engine too, unless it stands aside."""
+    return ["book"] if why_no_engine() else ["book", "engine"]
+
+
+# -- Learning -----------------------------------------------------------------------
+
+_ADVANCE: dict[str, Advance] = {
+    "book": until_next_decision,
+    "engine": engine.together,
+}
 
 
 def _measure_learning(
     name: str, building: Building, seed: int
-) -> tuple[float, dict[Side, float]]:
+) -> tuple[Figures, dict[Side, float]]:
     """Measure a preset: robot decisions, and each learner's samples, per second."""
     training = Training(Task("", plan_of(building), preset(name), seed))
     jobs = training.jobs()
+    decisions: Figures = {"book": None, "engine": None}
     with one_thread():
         # warm up
-        play(replace(jobs[0], seeds=jobs[0].seeds[:1]), advance=advance_in_lockstep)
+        play(replace(jobs[0], seeds=jobs[0].seeds[:1]), advance=engine.together)
 
-        start = process_time()
-        played = []
-        for job in _bar(jobs, name):
-            played += play(job, advance=advance_in_lockstep)
-        seconds = process_time() - start
+        for player in _players():
+            decisions[player], played = _measure_rollouts(jobs, _ADVANCE[player])
 
         speeds = {}
-        lives = {side: _lives(played, side) for side in SIDES}
-        for side, learner in _bar(training.learners.items(), name):
-            speeds[side] = _samples(learner, lives[side])
-    return sum(life.steps for life in lives["robots"]) / seconds, speeds
+        for side, learner in training.learners.items():
+            speeds[side] = _samples(learner, _lives(played, side))
+    return decisions, speeds
+
+
+def _measure_rollouts(
+    jobs: Sequence[Job], advance: Advance
+) -> tuple[float, list[Episode]]:
+    """Play jobs; return robot decisions per second, and the episodes."""
+    start = process_time()
+    played = []
+    for job in jobs:
+        played += play(job, advance=advance)
+    seconds = process_time() - start
+    return sum(life.steps for life in _lives(played, "robots")) / seconds, played
 
 
 def _lives(played: Sequence[Episode], side: Side) -> list[Trajectory]:

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from scipy import ndimage
 
-from reference import former_names
 from reference.building import Building
 from reference.simulation import Simulation
 from reference.workshop.measuring.recording import ticks
@@ -83,6 +82,3 @@ def measure_crowding(simulations: Iterable[Simulation]) -> Crowding:
         for _ in ticks([simulation], [seen.watch(simulation)]):
             pass
     return seen
-
-
-__getattr__ = former_names(__name__, {"crowding": "measure_crowding"})

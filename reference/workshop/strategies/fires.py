@@ -130,8 +130,8 @@ def busiest(world: World, count: int) -> list[Decision]:
     walking = bodies.place[bodies.walking]
     passed, out = traffic(world.building, walking, stairs, world.flames.cost)
     people = passed * free_places(world)
-    order = np.lexsort((out, -people))  # the last key counts first
-    order = order[people[order] > 0]
+    order = np.flatnonzero(people)
+    order = order[np.lexsort((out[order], -people[order]))]  # the last key counts first
 
     # take the first, leave out all that lie near it, and so on
     places: list[Decision] = []

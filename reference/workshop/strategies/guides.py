@@ -7,9 +7,9 @@ your own, change one of the three and put them together as `decide_in_turn` does
     p   place;  d  metres on foot;  lost  people whom no robot leads or is sent to yet
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 from math import inf
 
 import numpy as np
@@ -178,7 +178,7 @@ def decide_in_turn(
     landmarks = world.building.landmarks
     destinations = Destinations()
     for robot in robots:
-        led = int((guide == robot.body).sum())
+        led = np.count_nonzero(guide == robot.body)
         way = way_of(robot, led)
         group = choose(groups(world, robot, lost), way, led, detour)
         if group is not None:
@@ -202,7 +202,7 @@ def choose(found: Iterable[Group], way: Way, led: int, detour: float) -> Group |
     best = None
     most = led / (TRIP + way.here)
     for group in found:
-        count = int(group.people.sum())
+        count = np.count_nonzero(group.people)
         out = float(way.metres[group.place])
         rate = (led + count) / (TRIP + group.metres + out)
         extra = group.metres + out - way.here
@@ -225,26 +225,34 @@ def groups(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
 def _groups_on_floor(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
     """Gather people around each who follows nobody and is not at hand already."""
     bodies = world.bodies
-    d = metres_from(world, robot)
     here = lost & bodies.walking & (bodies.floor == robot.floor)
-    for head in np.flatnonzero(here & (bodies.leader == NOBODY)).tolist():
-        p = int(bodies.place[head])
-        if d[p] >= AT_HAND:
-            x, y = bodies.position[head].tolist()
-            off = lengths(bodies.position - (x, y))
-            yield Group(here & (off < GROUP_RADIUS), p, (x, y), float(d[p]))
+    heads = np.flatnonzero(here & (bodies.leader == NOBODY))
+    if not len(heads):
+        return
+    d = metres_from(world, robot)
+    heads = heads[d[bodies.place[heads]] >= AT_HAND]
+    place = bodies.place[heads]
+    point = bodies.position[heads]
+    off = lengths(bodies.position - point[:, None])
+    people = here & (off < GROUP_RADIUS)
+    found = zip(people, place.tolist(), point.tolist(), d[place].tolist(), strict=True)
+    for those, p, (x, y), metres in found:
+        yield Group(those, p, (x, y), metres)
 
 
 def _groups_on_stairs(world: World, robot: Robot, lost: np.ndarray) -> Iterator[Group]:
     """Of those who come down a stairwell: the first, the first two, ... as a group."""
-    building, bodies = world.building, world.bodies
-    d = metres_from(world, robot)
-    storeys = bodies.floor - robot.floor - 1  # still to go after this flight
-    seconds = bodies.stairs_until - world.time + storeys * paper.stairs_seconds()
+    building = world.building
+    bodies = world.bodies
     for k in stairs_that_end(building, robot.floor):
+        coming = lost & (bodies.stairwell == k)
+        if not coming.any():
+            continue
+        storeys = bodies.floor - robot.floor - 1  # still to go after this flight
+        seconds = bodies.stairs_until - world.time + storeys * paper.stairs_seconds()
         foot = before_stairwell(building, robot.floor, k)
         p = navigation_of(building).place(robot.floor, *foot)
-        coming = lost & (bodies.stairwell == k)
+        d = metres_from(world, robot)
         for last in np.unique(seconds[coming]).tolist():
             metres = max(float(d[p]), last * paper.ROBOT_SPEED)
             yield Group(coming & (seconds <= last), p, foot, metres)
@@ -260,13 +268,13 @@ def nearest_way(world: World, robot: Robot) -> Way:
     return Way(way, here, metres)
 
 
-def safest_way(outside: np.ndarray, robot: Robot, led: int) -> Way:
+def safest_way(outside: Mapping[int, np.ndarray], robot: Robot, led: int) -> Way:
     """Find the cheapest way to the outside; by any way if a robot leads nobody yet.
 
-    outside: (landmarks, places) metres, as `ways_outside` finds them
+    outside: metres by each way, (places,), as `ways_outside` finds them
     """
-    way = int(outside[:, robot.place].argmin())
-    metres = outside[way] if led else outside.min(axis=0)
+    way = min(outside, key=lambda mark: outside[mark][robot.place])
+    metres = outside[way] if led else reduce(np.minimum, outside.values())
     return Way(way, float(metres[robot.place]), metres)
 
 
@@ -284,14 +292,16 @@ def risk(world: World) -> np.ndarray | None:
 
     None without flames.
     """
-    nav = navigation_of(world.building)
     flames = world.flames
-    cost = flames.cost.ravel()
+    if not flames.burning.any():
+        return None
+    nav = navigation_of(world.building)
+    d = np.full(nav.places, inf)
     for floor, burning in enumerate(flames.burning):
-        d = nav.distances(np.flatnonzero(burning) + floor * nav.floor_size)
-        soon = np.maximum(1 - d / SOON, 0)
-        cost = np.maximum(cost, 1 + SOON_COST * soon)
-    return cost if flames.burning.any() else None
+        alight = np.flatnonzero(burning) + floor * nav.floor_size
+        d = np.minimum(d, nav.distances(alight))
+    soon = np.maximum(1 - d / SOON, 0)
+    return np.maximum(flames.cost.ravel(), 1 + SOON_COST * soon)
 
 
 def station(world: World, robot: Robot) -> Destination | None:

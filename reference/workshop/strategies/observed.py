@@ -7,8 +7,10 @@ hand-written robots and the robot's frame share them.
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache, wraps
 from itertools import zip_longest
+from operator import itemgetter
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -33,6 +35,8 @@ def kept(most: int) -> Callable[[Function], Function]:
     Whoever changes a number of `paper` at run time is heard: it is another question.
     """
 
+    numbers_in = itemgetter(*paper.numbers())
+
     def keep(function: Function) -> Function:
         @lru_cache(maxsize=most)
         def answer(numbers: tuple[Any, ...], *asked: Any) -> Any:
@@ -40,11 +44,20 @@ def kept(most: int) -> Callable[[Function], Function]:
 
         @wraps(function)
         def ask(*asked: Any) -> Any:
-            return answer(tuple(paper.numbers().values()), *asked)
+            return answer(numbers_in(vars(paper)), *asked)
 
         return cast(Function, ask)
 
     return keep
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Points of each floor that mean something, (floors, k, ...)."""
+
+    metres: np.ndarray  # (floors, k, 2), nan for none
+    places: np.ndarray  # the nearest where one can stand
+    none: np.ndarray  # bool
 
 
 class KnownMap:
@@ -53,8 +66,7 @@ class KnownMap:
     origin  as `Building.origin`
     free    (floors, rows, cols) the nearest place where one can stand
     stairs  (places,) bool
-    outs, feet, rims  (floors, k, 2) metres of ways out, feet of stairs and cells to
-            guard, nan for none
+    outs, feet, rims  ways out, feet of stairs and cells to guard
     """
 
     def __init__(self, building: Building):
@@ -70,9 +82,15 @@ class KnownMap:
         self.free = np.ravel_multi_index(nearest, building.walkable.shape)
         floors = range(building.floors)
         marks = [way_marks(building, floor) for floor in floors]
-        self.outs = _padded([outs for outs, _ in marks])
-        self.feet = _padded([feet for _, feet in marks])
-        self.rims = _padded([guard_points(building, floor) for floor in floors])
+        self.outs = self._marks([outs for outs, _ in marks])
+        self.feet = self._marks([feet for _, feet in marks])
+        self.rims = self._marks([guard_points(building, floor) for floor in floors])
+
+    def _marks(self, floors: Sequence[Any]) -> Marks:
+        metres = _padded(floors)
+        floor = np.arange(len(floors))[:, None]
+        places = self.places(np.nan_to_num(metres), floor)
+        return Marks(metres, places, np.isnan(metres[..., 0]))
 
     def places(self, points: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
         """(...) places of points (..., 2), or (..., 3) with floors of their own.
@@ -84,9 +102,9 @@ class KnownMap:
             floor = points[..., 2].round().clip(0).astype(int)
         top, left = self.origin
         _, rows, cols = self.free.shape
-        right, up = np.moveaxis(np.floor(points[..., :2]).astype(int), -1, 0)
-        row = (top - 1 - up).clip(0, rows - 1)
-        col = (left + right).clip(0, cols - 1)
+        cells = np.floor(points[..., :2]).astype(int)
+        row = (top - 1 - cells[..., 1]).clip(0, rows - 1)
+        col = (left + cells[..., 0]).clip(0, cols - 1)
         return self.free[floor, row, col]
 
 
@@ -102,15 +120,14 @@ def metres_between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
     They come from a table; a row is computed when it is first asked for.
     """
     known, table = _table(nav)
-    new = np.unique(p)
-    new = new[~known[new]]
+    new = np.unique(p[~known[p]])
     for floor in np.unique(new // nav.floor_size).tolist():
         rows = new[new // nav.floor_size == floor]
         start = floor * nav.floor_size
         table[rows] = dijkstra(nav.steps[floor], indices=rows - start)
     known[new] = True
-    metres = table[p, q % nav.floor_size]
-    return np.where(p // nav.floor_size == q // nav.floor_size, metres, np.inf)
+    floor, there = np.divmod(q, nav.floor_size)
+    return np.where(p // nav.floor_size == floor, table[p, there], np.inf)
 
 
 @lru_cache(maxsize=8)

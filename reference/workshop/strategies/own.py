@@ -12,14 +12,12 @@ from inspect import signature
 from pathlib import Path
 from types import ModuleType
 from typing import Any
-from warnings import warn
 
 import numpy as np
 
 from reference.learning.settings import Side
 from reference.paper import InputError
 from reference.workshop.storage.runs import digests_of_code
-from reference.workshop.strategies import trained
 from reference.workshop.strategies.trained import Trained
 from reference.world import World
 
@@ -124,12 +122,3 @@ def _import_module(word: str) -> ModuleType:
             f"{word}: there is no module '{name}'. Write it here as mine:Guide for "
             "`class Guide` in mine.py."
         ) from None
-
-
-def __getattr__(name: str) -> Any:
-    """Find what stood here up to version 0.17; it is in `trained` now."""
-    if name not in ("FlatRobots", "FlatFire"):
-        raise AttributeError(name)
-    here = f"reference.workshop.strategies.trained.{name}"
-    warn(f"{name} has moved: import {here}", DeprecationWarning, stacklevel=2)
-    return getattr(trained, name)

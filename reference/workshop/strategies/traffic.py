@@ -41,12 +41,15 @@ def traffic(
         here = slice(floor * nav.floor_size, (floor + 1) * nav.floor_size)
         out[here] = d[here]
         p = coming[(coming // nav.floor_size == floor) & np.isfinite(d[coming])]
-        while len(p):  # everybody takes one step, or the stairs, or is out
-            np.add.at(passed, p, 1)
-            walks = after[p] != p
-            down = below[p[~walks]]
-            coming = np.append(coming, down[down >= 0])
-            p = after[p[walks]]
+        crossed = [p]
+        while len(p):  # everybody takes one step, or has arrived
+            further = after[p]
+            p = further[further != p]
+            crossed.append(p)
+        walked = np.concatenate(crossed)
+        passed += np.bincount(walked, minlength=nav.places)
+        down = below[walked[after[walked] == walked]]
+        coming = np.append(coming, down[down >= 0])
     return passed, out
 
 
@@ -61,22 +64,25 @@ def places_walked(nav: Navigation, p: int, landmark: int) -> list[int]:
     return chain
 
 
-def ways_outside(building: Building, cost: np.ndarray | None) -> np.ndarray:
-    """Compute what it costs to get outside by each landmark: (landmarks, places).
+def ways_outside(building: Building, cost: np.ndarray | None) -> dict[int, np.ndarray]:
+    """Compute what it costs to get outside, (places,) by each landmark that leads out.
 
-    inf where a landmark does not lead out. From the foot of stairs the cheapest way
-    leads on.  cost: of a metre of floor, (places,) or (floors, rows, cols), None for 1
+    inf on other floors. From the foot of stairs the cheapest way leads on.
+    cost: of a metre of floor, (places,) or (floors, rows, cols), None for 1
     """
     nav = navigation_of(building)
     feet = stairwell_feet(building)
-    outside = np.full((len(building.landmarks), nav.places), np.inf)
+    outside: dict[int, np.ndarray] = {}
     for mark in building.landmarks:  # the lowest floor first: others build on it
-        if mark.leads_out:
-            outside[mark.index] = nav.distances(nav.goals[mark.index], cost)
-        if mark.leads_out and mark.stairwell >= 0:
+        if not mark.leads_out:
+            continue
+        metres = nav.distances(nav.goals[mark.index], cost)
+        if mark.stairwell >= 0:
             down = mark.floor - building.stairwells[mark.stairwell].lowest
-            onwards = outside[:, feet[mark.stairwell]].min()
-            outside[mark.index] += onwards + down * paper.stairs_metres()
+            foot = feet[mark.stairwell]
+            onwards = min(further[foot] for further in outside.values())
+            metres += onwards + down * paper.stairs_metres()
+        outside[mark.index] = metres
     return outside
 
 

@@ -19,7 +19,7 @@ from reference.building import Building
 from reference.fire import Decision
 from reference.game.environment import destination, fire_decision
 from reference.game.observations import (
-    fire_vector,
+    fire_vectors,
     robot_vectors,
     robots_at_work,
     vector_layout,
@@ -74,7 +74,9 @@ class TrainedRobots(Trained):
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Choose the next destination of each of these robots, metres."""
-        decided = self.decisions(robot_vectors(world, self.scenario), world, rng)
+        layout = vector_layout(world.building, self.scenario)
+        (vectors,) = robot_vectors([world], layout)
+        decided = self.decisions(vectors, world, rng)
         row = {robot.body: k for k, robot in enumerate(world.robots)}
         return [decided[row[robot.body]] for robot in robots]
 
@@ -86,7 +88,8 @@ class TrainedFire(Trained):
 
     def decide(self, world: World, rng: Rng) -> Decision:
         """Choose floor and metres of the next source."""
-        vectors = fire_vector(world, self.scenario)[None]
+        layout = vector_layout(world.building, self.scenario)
+        (vectors,) = fire_vectors([world], layout)
         decided: Decision = self.decisions(vectors, world, rng)[0]
         return decided
 

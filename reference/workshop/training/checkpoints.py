@@ -19,7 +19,7 @@ import torch
 from torch import Tensor
 
 import reference
-from reference import former_names, paper
+from reference import paper
 from reference.learning.experience import Decisions
 from reference.learning.players import LearnedNetwork
 from reference.learning.ppo import Learner
@@ -302,9 +302,3 @@ def _unpacked(packed: dict[str, Any]) -> Tensor:
         raise ValueError("grids that are not there")
     bits = np.unpackbits(packed["bits"].numpy(), axis=1, count=count)
     return torch.from_numpy(bits.reshape(shape))
-
-
-__getattr__ = former_names(
-    __name__,
-    {"load": "load_checkpoint", "names_of": "player_names", "save": "save_checkpoint"},
-)

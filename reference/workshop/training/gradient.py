@@ -8,7 +8,6 @@ Both figures are measured on the buffer, just before an update.
 import torch
 from torch import Tensor
 
-from reference import former_names
 from reference.learning.experience import Decisions
 from reference.learning.ppo import Learner, Summary, normalised, policy_loss
 from reference.workshop.training.summaries import EXPLAINED, SIGNAL
@@ -68,6 +67,3 @@ def _summed_loss(learner: Learner, episode: Decisions) -> Tensor:
     A = episode.advantages[live]
     old = episode.log_probs[live]
     return policy_loss(log_probs, old, A, learner.settings.epsilon) * len(A)
-
-
-__getattr__ = former_names(__name__, {"figures": "measure_signal"})

@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side
-from reference.workshop.lockstep import advance_in_lockstep
+from reference.workshop.engine import make_ready, together
 from reference.workshop.storage.files import make_folder
 from reference.workshop.storage.workers import map_in_order, one_thread, stop_delayed
 from reference.workshop.training.checkpoints import keep_checkpoint, newest_checkpoint
@@ -48,6 +48,8 @@ def run_training(
         _save(training, folder, training.learners)
     table = table_until(folder, training.round if training.imitated else -1)
     over = _intervals(training)
+    if not training.finished:
+        make_ready()
     try:
         with _bar(training) as bar:
             while not training.finished and not stop():
@@ -74,7 +76,7 @@ def run_training(
 def _play(jobs: Sequence[Job]) -> list[Episode]:
     """Play a worker's share, with sums in the same order in a worker as here."""
     with one_thread():
-        return play(*jobs, advance=advance_in_lockstep)
+        return play(*jobs, advance=together)
 
 
 def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:

@@ -1,4 +1,4 @@
-"""Lockstep: many simulations tick together and nobody can tell."""
+"""Many simulations together, by the engine or the book, and nobody can tell."""
 
 from dataclasses import fields, replace
 from typing import Any
@@ -11,7 +11,7 @@ from reference.learning.rollouts import Job, play
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import set_up_match
-from reference.workshop.lockstep import advance_in_lockstep, run_in_lockstep
+from reference.workshop.engine import to_the_end, together
 from reference.workshop.maps import load, to_text
 from reference.workshop.strategies import SCRIPTS
 from reference.workshop.strategies.guides import Sweep
@@ -42,10 +42,10 @@ def runs(name: str, robots: str, fire: str, **settings: Any) -> list[Simulation]
 
 
 def same_end(alone: list[Simulation], others: list[Simulation]) -> bool:
-    """Run the first one by one, the others in lockstep; do all end the same?"""
+    """Run the first ones by the book, the others together; do all end the same?"""
     for run in alone:
         run.run()
-    run_in_lockstep(others)
+    to_the_end(others)
     return [everything(run) for run in others] == [everything(run) for run in alone]
 
 
@@ -72,7 +72,7 @@ def test_all_ends_as_if_each_had_been_alone(name, robots, fire, settings):
 
 
 def test_simulations_that_are_not_alike_run_beside_each_other():
-    """Other buildings, people or robots are other crowds, and the others go on."""
+    """Other buildings, people or robots; some are over before the others."""
 
     def mixed():
         some = runs("tiny", "sweep", "random", people=6, time_limit=30.0)
@@ -81,19 +81,19 @@ def test_simulations_that_are_not_alike_run_beside_each_other():
     assert same_end(mixed(), mixed())
 
 
-def test_a_copy_of_a_simulation_in_lockstep_is_its_own():
+def test_a_copy_of_a_simulation_that_runs_with_others_is_its_own():
     """It may run on alone."""
     lone = runs("tiny", "sweep", "random", time_limit=30.0)
     some = runs("tiny", "sweep", "random", time_limit=30.0)
-    advance_in_lockstep(some)
+    together(some)
     copies = [run.copy() for run in some]
-    run_in_lockstep(some)
+    to_the_end(some)
     assert same_end(copies, lone)
 
 
 @pytest.mark.paper("F4")
 def test_a_fire_that_looks_ahead_finds_each_world_as_it_is():
-    """In lockstep it burns where it burns alone."""
+    """Beside others it burns where it burns alone."""
     building = load("tiny")
     scene = Scenario(people=6, time_limit=40.0)
 
@@ -125,11 +125,11 @@ def test_episodes_are_the_same_whoever_steps_the_worlds(head):
     }
     job = Job(plan, settings.scenario, **sides, seeds=(1, 2, 3))
     alone = play(job)
-    together = play(job, advance=advance_in_lockstep)
-    for one, other in zip(alone, together, strict=True):
+    others = play(job, advance=together)
+    for one, other in zip(alone, others, strict=True):
         assert one.facts == other.facts
         for side in sides:
             mine = vars(getattr(one, side))
-            others = vars(getattr(other, side))
+            theirs = vars(getattr(other, side))
             for name in mine:
-                assert np.array_equal(mine[name], others[name]), name
+                assert np.array_equal(mine[name], theirs[name]), name

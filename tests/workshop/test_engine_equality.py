@@ -1,0 +1,267 @@
+"""The engine against the book: whole simulations, tick by tick, to the last bit."""
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+
+from equality import (
+    ODD,
+    TOGETHER,
+    Emergency,
+    Meddler,
+    compare,
+    emergency,
+    first_difference,
+    meddle,
+    unlike,
+)
+
+from reference import paper
+from reference.simulation import Simulation
+from reference.workshop import engine
+from reference.workshop.engine.going import advance
+from reference.workshop.engine.state import FLOATS, OTHERS
+from reference.world import Died, Evacuated
+
+
+def planned(
+    building: str = "tiny",
+    robots: str = "escort",
+    fire: str = "random",
+    seed: int = 2,
+    **scenario: Any,
+) -> Emergency:
+    """An emergency as said, compared after every tick."""
+    return Emergency(0, building, robots, fire, seed, scenario, minds=1, odd=False)
+
+
+def both(**said: Any) -> tuple[Simulation, Simulation]:
+    """The same simulation twice, ready to begin."""
+    one = planned(**said)
+    return one.begin(), one.begin()
+
+
+def same_after(book: Simulation, other: Simulation, ticks: int) -> str:
+    """Step both, one by the book and one by the engine; the first difference."""
+    for _ in range(ticks):
+        if not book.done:
+            book.step()
+        advance(other, 1)
+        if found := unlike(book, other):
+            return f"tick {book.ticks}: {found}"
+    return ""
+
+
+# -- As the scenario says -----------------------------------------------------------
+
+
+@pytest.mark.paper("A5")
+@pytest.mark.paper("A9")
+@pytest.mark.paper("B3")
+@pytest.mark.paper("B7")
+@pytest.mark.paper("C7")
+@pytest.mark.parametrize(
+    ("building", "robots", "fire"),
+    [
+        ("tiny", "none", "none"),
+        ("tiny", "escort", "busiest"),
+        ("tower", "none", "random"),
+        ("tower", "escort", "busiest"),
+        ("paper", "escort", "none"),
+        ("paper", "none", "busiest"),
+        ("paper", "sweep", "greedy"),
+    ],
+)
+def test_a_compiled_tick_equals_the_books_to_the_last_bit(
+    building: str, robots: str, fire: str
+) -> None:
+    """After every tick all that a simulation is, down to its random generators."""
+    one = planned(building, robots, fire, 1, time_limit=50.0)
+    assert first_difference(one) == (250, "")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"frames_per_tick": 5},
+        {"frames_per_tick": 25},
+        {"sight_range": 3.0},
+        {"sight_range": 12.0},
+        {"people": 1},
+        {"people": 200, "time_limit": 12.0},
+        {"robots_per_floor": 0},
+        {"robots_per_floor": 3},
+        {"spread_rate": 1.0, "burn_seconds": 5.0},
+        {"decision_seconds": 1.0, "sources": 2},
+    ],
+)
+def test_other_ticks_sights_crowds_and_fires_are_equal_too(
+    settings: dict[str, Any],
+) -> None:
+    """Nothing in the engine knows the defaults."""
+    settings = {"time_limit": 30.0, **settings}
+    assert first_difference(planned("tower", "escort", "busiest", 3, **settings))[1] == ""
+
+
+@pytest.mark.parametrize("first", range(0, 60, TOGETHER))
+def test_emergencies_by_lot_are_equal(first: int) -> None:
+    """Of any floors, guide, fire and scenario; some change the world meanwhile."""
+    for number in range(first, first + TOGETHER):
+        one = emergency(number, small=True)
+        ticks, found = first_difference(one)
+        assert found == ""
+        assert ticks
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", range(0, 6 * TOGETHER, TOGETHER))
+def test_large_emergencies_by_lot_are_equal(first: int) -> None:
+    """`python tests/equality.py` goes on with more of them."""
+    assert compare(range(first, first + TOGETHER // 4)).found == ""
+
+
+# -- Nobody there, all dead, nobody to guide ----------------------------------------
+
+
+def test_nobody_is_played_too() -> None:
+    """An empty building is done at once."""
+    book, other = both(people=0)
+    book.run()
+    engine.to_the_end([other])
+    assert unlike(book, other) == ""
+
+
+def test_all_may_die_in_one_tick() -> None:
+    """And then nothing happens any more."""
+    book, other = both()
+    for run in (book, other):
+        run.world.bodies.health[:] = 0.0
+    assert same_after(book, other, 3) == ""
+    assert {type(event) for event in other.events} == {Died}
+    assert other.done
+
+
+def test_robots_without_anybody_to_guide_are_equal() -> None:
+    """The only human is out at some time; the fire goes on till then."""
+    book, other = both(people=1, fire="busiest", time_limit=60.0)
+    assert same_after(book, other, 300) == ""
+    assert {type(event) for event in other.events} & {Died, Evacuated}
+
+
+def test_a_world_may_be_handed_in() -> None:
+    """With its clock, its flames and its burnt doors."""
+    earlier, _ = both(fire="busiest", spread_rate=1.0)
+    for _ in range(150):
+        earlier.step()
+    runs = []
+    for _ in range(2):
+        copied = earlier.copy()
+        guide = planned().begin().robot_strategy
+        building, scene = copied.building, copied.scenario
+        runs.append(Simulation(building, scene, guide, seed=4, world=copied.world))
+    assert same_after(*runs, 100) == ""
+
+
+# -- Whoever changes the world ------------------------------------------------------
+
+
+@pytest.mark.parametrize("odd", ODD, ids=lambda odd: odd.__name__.strip("_"))
+def test_what_somebody_changes_has_the_effect_that_it_has_in_the_book(odd: Any) -> None:
+    """Between ticks, in the arrays and objects that are there, or by others."""
+    book, other = both(fire="busiest", spread_rate=0.3, people=20)
+    for round in range(4):
+        for run in (book, other):
+            odd(run, np.random.default_rng(round), round)
+        assert same_after(book, other, 12) == ""
+
+
+def test_a_strategy_may_change_the_world_that_it_is_asked_about() -> None:
+    """At its decisions, in the middle of a tick."""
+    book, other = both(fire="busiest", decision_seconds=1.0, people=20)
+    for run in (book, other):
+        run.robot_strategy = Meddler(run.robot_strategy, run)
+        run.fire_strategy = Meddler(run.fire_strategy, run)
+    assert same_after(book, other, 150) == ""
+
+
+def test_minds_and_arrays_that_somebody_holds_stay_current() -> None:
+    """Since before the engine began; what is changed in a mind counts."""
+    book, other = both()
+    held = [(run.world.minds[0], run.world.bodies.position) for run in (book, other)]
+    for _ in range(20):
+        book.step()
+        advance(other, 1)
+        (mind, position), (twin, at) = held
+        assert mind == twin
+        assert np.array_equal(position, at)
+        mind.trail, twin.trail = [], []
+    assert unlike(book, other) == ""
+
+
+@pytest.mark.parametrize("name", [*FLOATS, *OTHERS])
+def test_a_number_changed_during_a_run_is_heard_as_in_the_book(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every number of `paper` that the engine takes over."""
+    book, other = both(fire="busiest", spread_rate=0.5, people=30)
+    assert same_after(book, other, 10) == ""
+    now = getattr(paper, name)
+    monkeypatch.setattr(paper, name, now + 1 if isinstance(now, int) else 0.7 * now)
+    assert same_after(book, other, 60) == ""
+
+
+# -- Copies, pickles, turns ---------------------------------------------------------
+
+
+def test_what_the_engine_began_the_book_ends() -> None:
+    """Each goes on from where the other stopped, many times."""
+    book, other = both()
+    while not book.done:
+        for _ in range(7):
+            if not book.done:
+                book.step()
+        advance(other, 3)
+        for _ in range(4):
+            if not other.done:
+                other.step()
+    assert unlike(book, other) == ""
+
+
+def test_copies_at_any_moment_go_on_like_the_one_copied() -> None:
+    """By the engine or by the book; and the one copied stays as it is."""
+    book, run = both(fire="busiest", time_limit=40.0)
+    book.run()
+    while not run.done:
+        by_engine = run.copy()
+        by_book = run.copy()
+        engine.to_the_end([by_engine])
+        by_book.run()
+        assert unlike(book, by_engine) == unlike(book, by_book) == ""
+        advance(run, 41)
+    assert unlike(book, run) == ""
+
+
+def test_a_simulation_goes_through_a_pickle_in_the_middle() -> None:
+    """As it does on the way to a worker."""
+    book, run = both(fire="busiest", time_limit=40.0)
+    for ticks in (1, 60, 25):
+        advance(run, ticks)
+        for _ in range(ticks):
+            book.step()
+        run = pickle.loads(pickle.dumps(run))
+        assert unlike(book, run) == ""
+    engine.to_the_end([run])
+    book.run()
+    assert unlike(book, run) == ""
+
+
+def test_meddling_is_no_idle_threat() -> None:
+    """Somebody who meddles with one world only is found out."""
+    book, other = both()
+    assert same_after(book, other, 5) == ""
+    meddle(other, np.random.default_rng(1))
+    assert same_after(book, other, 30) != ""

@@ -1,0 +1,308 @@
+"""How much faster is one build than another? Two checkouts in turn, one table.
+
+    git worktree add ../old 5608d40
+    python tutorials/experiments/clock.py ../old .
+    python tutorials/experiments/clock.py ../old . --only escort memory --rounds 1
+
+Each measurement is a process of its own that imports its checkout's package; old and
+new take turns, so that what else runs on the machine meets both. Costs are CPU seconds
+on one thread with warm caches, those of trainings seconds on the wall with two workers.
+`old` may have `workshop.lockstep` in place of the engine. A round of all rows takes a
+quarter of an hour; without the trainings five minutes.
+"""
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from time import perf_counter, process_time
+from typing import Any, NamedTuple
+
+DECISIONS = 40_000  # of the robots in a training
+MINIBATCHES = 4  # of a measured update, at least
+
+
+# -- What is measured: each returns a cost, in a process of its own -----------------
+
+
+def many_worlds() -> Any:
+    """Return the module that plays many worlds: `together` and `to_the_end`."""
+    try:
+        from reference.workshop import engine
+    except ImportError:
+        from reference.workshop import lockstep
+
+        return lockstep
+    return engine
+
+
+def each_alone(runs: Sequence[Any]) -> None:
+    """Let the book play, one world after the other."""
+    for run in runs:
+        run.run()
+
+
+def tick(
+    runs: int, people: int, robots: str, fire: str, seconds: float, alone: bool = False
+) -> float:
+    """Microseconds per world and tick of so many evacuations."""
+    from reference.paper import Scenario
+    from reference.simulation import Simulation
+    from reference.workshop.maps import load
+    from reference.workshop.strategies import SCRIPTS
+
+    building = load("paper")
+    scenario = Scenario(people=people, time_limit=seconds)
+    play = each_alone if alone else many_worlds().to_the_end
+
+    for _ in range(2):  # the first time warms up
+        worlds = []
+        for seed in range(100, 100 + runs):
+            guides = SCRIPTS["robots"][robots]()
+            flames = SCRIPTS["fire"][fire]()
+            worlds.append(Simulation(building, scenario, guides, flames, seed))
+        start = process_time()
+        play(worlds)
+        cost = process_time() - start
+    return 1e6 * cost / sum(world.ticks for world in worlds)
+
+
+def begin_training(name: str, decisions: int | None = None) -> Any:
+    """Begin a preset's training; decisions: of the robots, the fire's in proportion."""
+    import reference
+    from reference.workshop.training.checkpoints import Task
+    from reference.workshop.training.presets import preset
+    from reference.workshop.training.rounds import Training
+
+    settings = preset(name)
+    if decisions is not None:
+        share = decisions / settings.robots.max_steps
+        sides = {}
+        for side in ("robots", "fire"):
+            its = getattr(settings, side)
+            sides[side] = replace(its, max_steps=round(share * its.max_steps))
+        settings = replace(settings, **sides)
+    floors = Path(reference.__file__).parent.parent / "floors"
+    plan = (floors / "paper.txt").read_text()
+    return Training(Task("paper", plan, settings, 0))
+
+
+def lives_of(episodes: Sequence[Any], side: str) -> list[Any]:
+    """Return the trajectories of a side; an episode may have none."""
+    lives = [getattr(episode, side) for episode in episodes]
+    return [life for life in lives if life is not None]
+
+
+def rollouts(name: str) -> float:
+    """Microseconds per decision of the robots in a preset's first job."""
+    from reference.learning.rollouts import play
+    from reference.workshop.storage.workers import one_thread
+
+    job = begin_training(name).jobs()[0]
+    with one_thread():
+        for _ in range(2):  # the first time warms up
+            start = process_time()
+            played = play(job, advance=many_worlds().together)
+            cost = process_time() - start
+    return 1e6 * cost / sum(life.steps for life in lives_of(played, "robots"))
+
+
+def update(name: str, side: str) -> float:
+    """Microseconds per sample and epoch of an update: MA-POCA robots or PPO fire."""
+    from reference.learning.rollouts import play
+    from reference.workshop.storage.workers import one_thread
+
+    training = begin_training(name)
+    learner = training.learners[side]
+    settings = learner.settings
+    with one_thread():
+        jobs = training.jobs()
+        lives = lives_of(play(*jobs, advance=many_worlds().together), side)
+        steps = sum(life.steps for life in lives)
+        often = -(-MINIBATCHES * settings.batch_size // steps)
+        for _ in range(2):  # the first time warms up
+            learner.add(lives * often)
+            start = process_time()
+            learner.update()
+            cost = process_time() - start
+    return 1e6 * cost / (often * steps * settings.num_epoch)
+
+
+def training(name: str) -> float:
+    """Seconds on the wall of a whole training by two workers."""
+    from reference.workshop.storage.workers import workers
+    from reference.workshop.training import loop
+
+    train = getattr(loop, "run_training", None) or loop.train
+    start = perf_counter()
+    with TemporaryDirectory() as folder, workers(2) as executor:
+        train(begin_training(name, DECISIONS), Path(folder), executor)
+    return perf_counter() - start
+
+
+def memory(episodes: int = 100) -> float:
+    """Megabytes at the peak of `evaluate` with so many evacuations, in one process."""
+    command = "evaluate --robots escort --fire busiest --workers 0 --episodes"
+    subprocess.run(
+        [sys.executable, "-m", "reference", *command.split(), str(episodes)],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+
+
+def first_decision() -> float:
+    """Seconds until the engine has played one decision."""
+    from reference.simulation import Simulation
+    from reference.workshop.maps import load
+
+    run = Simulation(load("tiny"))
+    start = process_time()
+    many_worlds().together([run])
+    return process_time() - start
+
+
+def compilation() -> float:
+    """Seconds until then where nothing has been compiled before."""
+    with TemporaryDirectory() as folder:
+        os.environ["XDG_CACHE_HOME"] = folder
+        return first_decision()
+
+
+MEASURES: dict[str, Callable[[], float]] = {
+    "40 alone": partial(tick, 2, 40, "none", "none", 300.0, alone=True),
+    "40 many": partial(tick, 32, 40, "none", "none", 300.0),
+    "400 alone": partial(tick, 2, 400, "none", "none", 20.0, alone=True),
+    "400 many": partial(tick, 4, 400, "none", "none", 20.0),
+    "escort": partial(tick, 32, 40, "escort", "busiest", 300.0),
+    "memory": memory,
+    "compilation": compilation,
+    "first decision": first_decision,
+}
+for preset in ("laptop", "paper"):
+    MEASURES[f"rollouts {preset}"] = partial(rollouts, preset)
+    MEASURES[f"PPO {preset}"] = partial(update, preset, "fire")
+    MEASURES[f"MA-POCA {preset}"] = partial(update, preset, "robots")
+    MEASURES[f"training {preset}"] = partial(training, preset)
+
+
+# -- The table ----------------------------------------------------------------------
+
+
+class Row(NamedTuple):
+    """What is compared: measures of old and new, and how many times faster it shall be.
+
+    Without a measure of old, new shall cost at most so much.
+    """
+
+    what: str
+    old: str
+    new: str
+    target: float
+
+
+ROWS = {
+    "alone": Row("us a tick, 40 people: Simulation", "40 alone", "40 many", 30),
+    "lockstep": Row("us a tick, 40 people: 32 worlds", "40 many", "40 many", 14),
+    "400": Row("us a tick, 400 people: Simulation", "400 alone", "400 many", 10),
+    "escort": Row("us a tick, escort, busiest: 32 worlds", "escort", "escort", 5),
+    "book": Row("us a tick, 40 people: the book now", "40 many", "40 alone", 0.5),
+    "memory": Row("MB of 100 evacuations", "memory", "memory", 1),
+    "compilation": Row("s of cold compilation", "", "compilation", 60),
+    "start": Row("s of a start from the cache", "", "first decision", 2),
+}
+for what, name, targets in (
+    ("us a decision", "rollouts", {"laptop": 5, "paper": 5}),
+    ("us a sample", "PPO", {"laptop": 1.3, "paper": 1.3}),
+    ("us a sample", "MA-POCA", {"laptop": 1.05, "paper": 1.05}),
+    (f"s of {DECISIONS:,} decisions", "training", {"laptop": 2.5, "paper": 2}),
+):
+    for preset, target in targets.items():
+        both = f"{name} {preset}"
+        ROWS[f"{name}-{preset}"] = Row(f"{what}: {both}", both, both, target)
+
+
+def measured(checkout: Path, name: str) -> float:
+    """Measure in a process of its own, with a checkout's package."""
+    environment = os.environ | {
+        "PYTHONPATH": str(checkout),
+        "OMP_NUM_THREADS": "1",
+        "OMP_WAIT_POLICY": "PASSIVE",
+    }
+    if name.startswith("training"):  # how many threads learn is its own affair
+        del environment["OMP_NUM_THREADS"]
+    done = subprocess.run(
+        [sys.executable, __file__, "--measure", name],
+        cwd=checkout,
+        env=environment,
+        check=True,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    cost: float = json.loads(done.stdout.splitlines()[-1])
+    print(f"{checkout.name}, {name}: {cost:.4g}", file=sys.stderr, flush=True)
+    return cost
+
+
+def line(row: Row, old: Sequence[float], new: Sequence[float]) -> str:
+    """Write a row: medians, the ratios' median and range, target, verdict."""
+    now = median(new)
+    if not old:
+        verdict = "met" if now <= row.target else "missed"
+        return f"| {row.what} | | {now:.3g} | | | at most {row.target:g} | {verdict} |"
+    ratios = sorted(before / after for before, after in zip(old, new, strict=True))
+    ratio = median(ratios)
+    verdict = "met" if ratio >= row.target else "missed"
+    cells = (
+        row.what,
+        f"{median(old):.4g}",
+        f"{now:.4g}",
+        f"{ratio:.2f}",
+        f"{ratios[0]:.2f} to {ratios[-1]:.2f}",
+        f"{row.target:g}",
+        verdict,
+    )
+    return f"| {' | '.join(cells)} |"
+
+
+def compare(old: Path, new: Path, rows: Sequence[Row], rounds: int) -> None:
+    """Measure old and new in turn, and print the table."""
+    wanted = dict[tuple[Path, str], list[float]]()
+    for row in rows:
+        if row.old:
+            wanted[old, row.old] = []
+        wanted[new, row.new] = []
+    ordered = sorted(wanted, key=lambda one: [*MEASURES].index(one[1]))
+    for _ in range(rounds):
+        for checkout, name in ordered:
+            wanted[checkout, name].append(measured(checkout, name))
+
+    print("| what | old | new | times | range | target | |")
+    print("|---|---|---|---|---|---|---|")
+    for row in rows:
+        before = wanted[old, row.old] if row.old else []
+        print(line(row, before, wanted[new, row.new]))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("checkouts", nargs="*", type=Path, metavar="OLD NEW")
+    parser.add_argument("--only", nargs="+", choices=ROWS, default=[*ROWS])
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--measure", choices=MEASURES, help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.measure:
+        print(json.dumps(MEASURES[asked.measure]()))
+    elif len(asked.checkouts) == 2:
+        one, other = (path.resolve() for path in asked.checkouts)
+        compare(one, other, [ROWS[name] for name in asked.only], asked.rounds)
+    else:
+        parser.error("name two checkouts, the old one first")
