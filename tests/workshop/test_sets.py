@@ -9,7 +9,7 @@ from movies import shipped, stage, wait
 
 from reference.fire import RandomFire
 from reference.game.codec import Moment
-from reference.game.observations import grid, robot_vectors
+from reference.game.observations import grid, robot_vectors, vector_layout
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.networks import Actor
 from reference.learning.players import LearnedNetwork
@@ -58,7 +58,8 @@ def codec_of(sim, head="set", **rows):
 
 def moment_of(sim):
     """What all robots decide from now."""
-    vectors = robot_vectors(sim.world, sim.scenario)
+    layout = vector_layout(sim.building, sim.scenario)
+    (vectors,) = robot_vectors([sim.world], layout)
     return Moment(vectors, np.ones(len(vectors), dtype=bool), sim.world)
 
 
@@ -252,8 +253,7 @@ def test_a_crop_is_the_grid_around_a_robot():
     whole = grid(sim.world)
     building = sim.building
     floors = building.floors
-    vectors = robot_vectors(sim.world, sim.scenario)
-    own = codec_of(sim).layout.read(vectors, "robots")[:, 0]
+    own = codec_of(sim).layout.read(moment_of(sim).vectors, "robots")[:, 0]
     found = crops(whole, building, own).reshape(len(own), 3, CROP, CROP)
     left, _, _, top = building.body
     half = CROP // 2

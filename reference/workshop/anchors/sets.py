@@ -63,6 +63,9 @@ EXIT, STAIRS, FOOT, RIM, WIDTH, LEADS, BURNS, BURNS_NEAR, COMING, NUMBER = range
 MARK_NUMBERS = NUMBER + RIMS_NUMBERED
 
 
+Ways = dict[int, np.ndarray]  # metres to the outside by each landmark: (places,)
+
+
 class SetShapes(NamedTuple):
     """(elements, numbers of each) of what a robot reads, in this order.
 
@@ -99,7 +102,7 @@ class KnownWays:
         self.building = building
         floors = range(building.floors)
         by_mark = ways_outside(building, None)
-        self.outside = np.minimum(by_mark.min(axis=0), FARTHEST)
+        self.outside = np.minimum(np.min([*by_mark.values()], axis=0), FARTHEST)
 
         # ways out, as `way_marks` lists them
         ways = [list(_ways_out(building, floor)) for floor in floors]
@@ -134,12 +137,12 @@ class KnownWays:
     def _width(self, marks: Sequence[int]) -> int:
         return sum(self.building.landmarks[mark].width for mark in marks)
 
-    def _leads(self, by_mark: np.ndarray, well: int, marks: Sequence[int]) -> float:
+    def _leads(self, by_mark: Ways, well: int, marks: Sequence[int]) -> float:
         """Metres to the outside from a way out of these landmarks."""
         goals = navigation_of(self.building).goals
-        return min(float(by_mark[mark, goals[mark][0]]) for mark in marks)
+        return min(float(by_mark[mark][goals[mark][0]]) for mark in marks)
 
-    def _chain(self, by_mark: np.ndarray, mark: int) -> list[int]:
+    def _chain(self, by_mark: Ways, mark: int) -> list[int]:
         """List the places on the cheapest way from a way out to the outside."""
         nav = navigation_of(self.building)
         feet = stairwell_feet(self.building)
@@ -147,8 +150,9 @@ class KnownWays:
         chain = nav.goals[mark].tolist()
         while landmarks[mark].stairwell >= 0:
             foot = int(feet[landmarks[mark].stairwell])
-            mark = int(by_mark[:, foot].argmin())
-            if not np.isfinite(by_mark[mark, foot]):
+            metres = {way: float(d[foot]) for way, d in by_mark.items()}
+            mark = min(metres, key=metres.__getitem__)
+            if not np.isfinite(metres[mark]):
                 break
             chain += [foot, *places_walked(nav, foot, mark)]
         return chain
@@ -277,7 +281,7 @@ class SetView(RobotView):
     def _anchors(self) -> np.ndarray:
         """(B, K, numbers) what each anchor is, how far, and what is there."""
         B, K = self.allowed.shape
-        marks = self._marks()
+        marks = self._map_numbers()
         m = marks.shape[1]
         first = WAIT + 1
         of_map = np.zeros((B, K, MARK_NUMBERS))
@@ -311,7 +315,7 @@ class SetView(RobotView):
         parts = [kinds, of_map, self.anchors, rest]
         return np.concatenate(parts, axis=-1) * real[..., None]
 
-    def _marks(self) -> np.ndarray:
+    def _map_numbers(self) -> np.ndarray:
         """(B, m, MARK_NUMBERS) what the map and the flames tell of its anchors."""
         ways = self.ways
         floor = self.floor
