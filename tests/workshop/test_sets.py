@@ -254,7 +254,7 @@ def test_a_crop_is_the_grid_around_a_robot():
     building = sim.building
     floors = building.floors
     own = codec_of(sim).layout.read(moment_of(sim).vectors, "robots")[:, 0]
-    found = crops(whole, building, own).reshape(len(own), 3, CROP, CROP)
+    found = crops(whole[None], building, own[None]).reshape(len(own), 3, CROP, CROP)
     left, _, _, top = building.body
     half = CROP // 2
     for robot, around in zip(sim.world.robots, found, strict=True):

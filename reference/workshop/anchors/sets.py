@@ -294,6 +294,7 @@ class SetView(RobotView):
 
         real = ~np.isnan(self.spots[..., 0])
         on_way, near = self._flames()
+        lost, led = self._people_near()
         headed, mate_near, mate_first = self._mates_at_anchors()
         columns = [
             self.way / UNIT,
@@ -302,8 +303,8 @@ class SetView(RobotView):
             on_way,
             near,
             self._sources(),
-            self._count_near(self.lost) / GROUP,
-            self._count_near(self.here & ~self.alone) / GROUP,
+            lost / GROUP,
+            led / GROUP,
             headed / CREW,
             mate_near,
             mate_first,
@@ -394,24 +395,26 @@ class SetView(RobotView):
     def _sources(self) -> np.ndarray:
         """(B, K) nearness of the nearest source lit so far on my floor."""
         mine = self.sources[..., 2] == self.floor[:, None]
-        metres = self._metres_to_anchors(self.sources, mine)
-        return nearness(metres.min(axis=-1, initial=FAR))
+        metres = np.sqrt(self._squares(self.sources))
+        metres = np.where(mine[:, None], metres, FAR)
+        return nearness(metres.min(axis=-1))
 
-    def _count_near(self, which: np.ndarray) -> np.ndarray:
-        """(B, K) how many of which people are in a group at an anchor."""
-        metres = self._metres_to_anchors(self.humans, which)
-        return (metres < GROUP_RADIUS).sum(axis=-1)
+    def _people_near(self) -> tuple[np.ndarray, np.ndarray]:
+        """(B, K) each: how many lost and led people are in a group at an anchor."""
+        near = self._squares(self.humans) < GROUP_RADIUS**2
+        led = self.here & ~self.alone
+        lost = (near & self.lost[:, None]).sum(axis=-1)
+        return lost, (near & led[:, None]).sum(axis=-1)
 
     def _at(self, spots: np.ndarray) -> np.ndarray:
         """(B, K) how many of these spots (B, k, 2) are at an anchor."""
-        metres = self._metres_to_anchors(spots, ~np.isnan(spots[..., 0]))
-        return (metres <= paper.AT_EXIT_METRES).sum(axis=-1)
+        return (self._squares(spots) <= paper.AT_EXIT_METRES**2).sum(axis=-1)
 
-    def _metres_to_anchors(self, points: np.ndarray, which: np.ndarray) -> np.ndarray:
-        """(B, K, k) metres from anchors to which of the points (B, k, 2 or 3)."""
+    def _squares(self, points: np.ndarray) -> np.ndarray:
+        """(B, K, k) squared metres from anchors to points (B, k, 2 or 3); or nan."""
         x = self.spots[..., :1] - points[:, None, :, 0]
         y = self.spots[..., 1:] - points[:, None, :, 1]
-        return np.where(which[:, None], np.sqrt(x * x + y * y), FAR)
+        return x * x + y * y
 
     def _mates_at_anchors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(B, K) each: mates headed there, nearness of the nearest, is it before me?"""
@@ -491,19 +494,27 @@ class SetView(RobotView):
 # -- The grid around a robot --------------------------------------------------------
 
 
-def crops(grid: np.ndarray, building: Building, points: np.ndarray) -> np.ndarray:
-    """Cut the own floor's cells around each robot out of the grid [C3].
+def crops(grids: np.ndarray, building: Building, robots: np.ndarray) -> np.ndarray:
+    """Cut the own floor's cells around each robot out of the grids [C3].
 
-    grid (channels, height, width); points (G, 3), robots. Returns (3 G, CROP, CROP),
-    walls, fires and ways out of the first robot, then of the next; 0 beyond the edges.
+    grids (S, channels, height, width); robots (S, G, 3) points. Returns
+    (S, 3 G, CROP, CROP): walls, fires and ways out of the first robot, then of the
+    next; 0 beyond the edges.
     """
-    _, height, width = grid.shape
-    floors = grid.reshape(len(GRID_KINDS), -1, height, width)
-    wide = np.pad(floors, ((0, 0), (0, 0), *[(CROP // 2,) * 2] * 2))
-    windows = sliding_window_view(wide, (CROP, CROP), axis=(2, 3))
+    S, _, height, width = grids.shape
+    half = CROP // 2
+    kinds = len(GRID_KINDS)
+    shape = S, kinds, building.floors, height + 2 * half, width + 2 * half
+    wide = np.zeros(shape, dtype=grids.dtype)
+    wide[..., half:-half, half:-half] = grids.reshape(
+        S, kinds, building.floors, height, width
+    )
+    windows = sliding_window_view(wide, (CROP, CROP), axis=(3, 4))
+
     left, _, _, top = building.body
-    row = np.floor(top - points[:, 1]).astype(int).clip(0, height - 1)
-    col = np.floor(points[:, 0] - left).astype(int).clip(0, width - 1)
-    floor = points[:, 2].round().astype(int).clip(0)
-    around = windows[:, floor, row, col]  # (3, G, CROP, CROP)
-    return around.swapaxes(0, 1).reshape(-1, CROP, CROP)
+    row = np.floor(top - robots[..., 1]).astype(int).clip(0, height - 1)
+    col = np.floor(robots[..., 0] - left).astype(int).clip(0, width - 1)
+    floor = robots[..., 2].round().astype(int).clip(0)
+    world = np.arange(S)[:, None]
+    around = windows[world, :, floor, row, col]  # (S, G, 3, CROP, CROP)
+    return around.reshape(S, -1, CROP, CROP)

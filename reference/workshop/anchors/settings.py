@@ -255,12 +255,9 @@ class RobotsSets(RobotsFrame):
 
     def grids(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, 3 G, CROP, CROP) uint8: what is around each robot."""
-        whole = super().grids(moments)
-        found = []
-        for moment, grid in zip(moments, whole, strict=True):
-            own = self.layout.read(moment.vectors, "robots")[:, 0]
-            found.append(crops(grid, self.building, own))
-        return np.stack(found)
+        vectors = np.stack([moment.vectors for moment in moments])
+        own = self.layout.read(vectors, "robots")[:, :, 0]
+        return crops(super().grids(moments), self.building, own)
 
 
 class MixtureOfFire(PolicyCodec):
