@@ -382,15 +382,15 @@ class SetView(RobotView):
 
     def _burning_here(self) -> tuple[np.ndarray, np.ndarray]:
         """(B, F) places that burn on my floor, and which of them are meant."""
-        size = self.map.nav.floor_size
-        floors = self.burning.reshape(len(self.burning), -1, size)
-        row, cell = np.nonzero(floors[self.world, self.floor])
-        counts = np.bincount(row, minlength=len(self.floor))
-        number = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
-        shape = len(counts), int(counts.max(initial=0))
-        places = np.repeat(self.floor[:, None] * size, shape[1], axis=1)
-        places[row, number] += cell
-        return places, np.arange(shape[1]) < counts[:, None]
+        floors = self.map.nav.floors
+        world, place = np.nonzero(self.burning)
+        storey = world * floors + place // self.map.nav.floor_size
+        counts = np.bincount(storey, minlength=len(self.burning) * floors)
+        number = np.arange(len(place)) - np.repeat(np.cumsum(counts) - counts, counts)
+        places = np.zeros((len(counts), counts.max()), dtype=int)
+        places[storey, number] = place
+        mine = self.world * floors + self.floor
+        return places[mine], np.arange(places.shape[1]) < counts[mine, None]
 
     def _sources(self) -> np.ndarray:
         """(B, K) nearness of the nearest source lit so far on my floor."""

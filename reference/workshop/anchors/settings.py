@@ -69,7 +69,8 @@ class SideSettings(TrainerSettings):
     Rows of the tables stand here again with their sections in ML-Agents' files and
     the values that they may have, where a whole number from 1 is not what is wanted.
 
-    head        which codec and which head policies have: see this module
+    head        which codec and which head policies have: see this module; what a set
+                tells is scaled as it is, whatever normalize says
     spread      metres, standard deviation of a mixture around each anchor
 
     The robots' own:
