@@ -208,16 +208,7 @@ class SelfAttention(nn.Module):
 
     def forward(self, entities: Tensor, alive: Tensor) -> Tensor:
         """(B, G, H) and (B, G) bool -> (B, H); absent agents are not asked."""
-        x = layer_norm(entities)
-        q = _by_head(self.query(x))
-        k = _by_head(self.key(x))
-        v = _by_head(self.to_value(x))
-        scores = q @ k.transpose(-2, -1) / sqrt(x.shape[-1])  # (B, heads, G, G)
-        scores = scores.masked_fill(~alive[:, None, None], REFUSED)
-        attended = (scores.softmax(dim=-1) @ v).transpose(1, 2).flatten(2)
-        rows = layer_norm(self.out(attended) + x) * alive[..., None]
-        n = alive.sum(dim=1, keepdim=True, dtype=x.dtype)
-        return rows.sum(dim=1) / (n + POOLING_EPSILON)
+        return self._pooled(self._projected(entities), alive)
 
     def counterfactual(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:
         """Attend to the group without agent j's action, in row j: (B, G, H).
@@ -225,10 +216,29 @@ class SelfAttention(nn.Module):
         Set j has f of every agent but j, and g of j; all sets pass the same attention.
         """
         B, G, H = f.shape
-        own = torch.eye(G, dtype=torch.bool, device=f.device)[..., None]
-        sets = torch.where(own, g[:, None], f[:, None])  # (B, j, G, H)
-        pooled = self(sets.flatten(0, 1), alive.repeat_interleave(G, dim=0))
+        j = torch.arange(G)
+        sets = self._projected(f)[:, None].repeat(1, G, 1, 1)  # (B, j, G, 4H)
+        sets[:, j, j] = self._projected(g)
+        pooled = self._pooled(sets.flatten(0, 1), alive.repeat_interleave(G, dim=0))
         return pooled.view(B, G, H)
+
+    def _projected(self, entities: Tensor) -> Tensor:
+        """(B, G, H) -> (B, G, 4H): normalised, then query, key and value of it."""
+        x = layer_norm(entities)
+        return torch.cat([x, self.query(x), self.key(x), self.to_value(x)], dim=-1)
+
+    def _pooled(self, projected: Tensor, alive: Tensor) -> Tensor:
+        """Attend, add, normalise and take the mean: (B, G, 4H) -> (B, H)."""
+        x, q, k, v = projected.chunk(4, dim=-1)
+        q = _by_head(q)
+        k = _by_head(k)
+        v = _by_head(v)
+        scores = q @ k.transpose(-2, -1) / sqrt(x.shape[-1])  # (B, heads, G, G)
+        scores = scores.masked_fill(~alive[:, None, None], REFUSED)
+        attended = (scores.softmax(dim=-1) @ v).transpose(1, 2).flatten(2)
+        rows = layer_norm(self.out(attended) + x) * alive[..., None]
+        n = alive.sum(dim=1, keepdim=True, dtype=x.dtype)
+        return rows.sum(dim=1) / (n + POOLING_EPSILON)
 
 
 def _by_head(x: Tensor) -> Tensor:

@@ -13,6 +13,8 @@ import pytest
 
 pytest.importorskip("numba")
 
+from equality import unlike
+
 from reference import paper
 from reference.paper import Scenario
 from reference.rays import sight_of
@@ -22,7 +24,13 @@ from reference.workshop.engine.going import advance
 from reference.workshop.maps import load
 from reference.workshop.strategies import SCRIPTS
 from reference.world import Aim, Mind, World
-from tests.workshop.test_engine import simulation, unlike
+
+
+def simulation(name: str, robots: str, fire: str, seed: int, **kw: Any) -> Simulation:
+    """A simulation, ready to begin."""
+    guide = SCRIPTS["robots"][robots]()
+    foe = SCRIPTS["fire"][fire]()
+    return Simulation(load(name), Scenario(**kw), guide, foe, seed)
 
 
 def played(ticks: int = 120, **kw: Any) -> Simulation:

@@ -107,6 +107,7 @@ def test_weights_of_one_building_play_in_every_other():
     scenes = {name: {} for name in BUILDINGS}
     scenes["tiny"] = {"people": 3, "robots_per_floor": 1, "sources": 2}
     scenes["museum"] = {"robots_per_floor": 1}  # a robot without mates
+    scenes["maze"] = {"people": 1, "sources": 0}
     (first,) = evacuations("paper", (8.0,))
     actor, critic = networks(codec_of(first))
     for name, scene in scenes.items():

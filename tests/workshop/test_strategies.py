@@ -55,9 +55,9 @@ def known(title):
     building = building_of(BOARD.replace("Two floors", title))
     robots = known_map_of(building)
     return [
-        robots.outs.metres.tolist(),
-        robots.feet.metres.tolist(),
-        robots.rims.metres.tolist(),
+        robots.outs.tolist(),
+        robots.feet.tolist(),
+        robots.rims.tolist(),
         keeps_destination(building).tolist(),
         before_stairwell(building, 1, 0),
         [at_way_out(building, way) for way in building.landmarks],

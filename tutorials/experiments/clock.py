@@ -18,7 +18,7 @@ import resource
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from contextlib import redirect_stderr
 from functools import partial
 from pathlib import Path
 from statistics import median
@@ -75,24 +75,16 @@ def tick(
     return 1e6 * cost / sum(world.ticks for world in worlds)
 
 
-def begin_training(name: str, decisions: int | None = None) -> Any:
-    """Begin a preset's training; decisions: of the robots, the fire's in proportion."""
+def begin_training(name: str) -> Any:
+    """Begin a preset's training."""
     import reference
     from reference.workshop.training.checkpoints import Task
     from reference.workshop.training.presets import preset
     from reference.workshop.training.rounds import Training
 
-    settings = preset(name)
-    if decisions is not None:
-        share = decisions / settings.robots.max_steps
-        sides = {}
-        for side in ("robots", "fire"):
-            its = getattr(settings, side)
-            sides[side] = replace(its, max_steps=round(share * its.max_steps))
-        settings = replace(settings, **sides)
     floors = Path(reference.__file__).parent.parent / "floors"
     plan = (floors / "paper.txt").read_text()
-    return Training(Task("paper", plan, settings, 0))
+    return Training(Task("paper", plan, preset(name), 0))
 
 
 def lives_of(episodes: Sequence[Any], side: str) -> list[Any]:
@@ -137,14 +129,21 @@ def update(name: str, side: str) -> float:
 
 
 def training(name: str) -> float:
-    """Seconds on the wall of a whole training by two workers."""
+    """Seconds on the wall in which two workers and a learner come so far."""
     from reference.workshop.storage.workers import workers
     from reference.workshop.training import loop
 
     train = getattr(loop, "run_training", None) or loop.train
+    begun = begin_training(name)
+    robots = begun.learners["robots"]
     start = perf_counter()
-    with TemporaryDirectory() as folder, workers(2) as executor:
-        train(begin_training(name, DECISIONS), Path(folder), executor)
+    with (
+        TemporaryDirectory() as folder,
+        workers(2) as executor,
+        open(os.devnull, "w") as nowhere,
+        redirect_stderr(nowhere),  # progress
+    ):
+        train(begun, Path(folder), executor, lambda: robots.steps >= DECISIONS)
     return perf_counter() - start
 
 

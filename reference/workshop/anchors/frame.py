@@ -11,6 +11,9 @@ observation [C1], the map, and where robots are headed.
     lost   people whom nobody leads, on a robot's own floor
 """
 
+from collections.abc import Iterable
+from itertools import accumulate, pairwise
+
 import numpy as np
 
 from reference import paper
@@ -19,7 +22,6 @@ from reference.game.codec import PolicyCodec
 from reference.game.observations import from_normalised
 from reference.workshop.strategies.observed import (
     FAR,
-    Marks,
     decisions_to_next_fire,
     guess_guides,
     known_map_of,
@@ -77,11 +79,10 @@ class RobotView:
     alone, lost, mine  (B, n) bool, people whom nobody leads, those on my floor, and
            those I lead, in the order of the vector;  order  (B, n), the frame's
     spot   (B, 2) metres, where robots are headed [C6]
-    outs, feet, rims  (B, k, 2) metres,
-           ways out and feet of stairs, nearest first, and where to guard, in the map's
-           order, so that each keeps its number; nan for none
-    places  (B, n + R + F) of the points
-    spots    (B, K, 2) metres of the anchors, nan for none
+    marks  (B, m, 2) metres, nan for none: ways out and feet of stairs, nearest first,
+           and where to guard, in the map's order, so that each keeps its number;
+           outs, feet, rims  slices of them;  to_way_out  (B,) bool, headed to one [C7]
+    places  (B, n + R + F) of the points;  spots  (B, K, 2) metres of the anchors
     anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
     """
 
@@ -100,27 +101,33 @@ class RobotView:
         # Metres in float64, as the simulation has them.
         parts = [self.seen[name] for name in ("humans", "robots", "fires")]
         self.points = np.concatenate(parts, axis=1, dtype=np.float64)
-        n, more, _ = (part.shape[1] for part in parts)
-        self.people = slice(0, n)
-        self.robots = slice(n, n + more)
-        self.fires = slice(n + more, None)
-
-        self.places = self.map.places(self.points)
+        self.people, self.robots, self.fires = _slices(part.shape[1] for part in parts)
         self.there = self.points[..., 2] > -0.5
-        self.me = self.points[:, n, :2]
-        self.floor = self.points[:, n, 2].round().clip(0).astype(int)
-        self.place = self.places[:, n]
-        self.far = self._way(self.places)
-        self._sort_people()
-        self.spot = from_normalised(codec.building, headed.astype(np.float64))
-        self._find_anchors()
 
-    def _sort_people(self) -> None:
+        # where all of it is, and how far from me
+        own = self.points[:, self.robots][:, 0]
+        self.me = own[:, :2]
+        self.floor = own[:, 2].round().clip(0).astype(int)
+        self.spot = from_normalised(codec.building, headed.astype(np.float64))
+        aim = np.column_stack([np.nan_to_num(self.spot), self.floor])
+        places = self.map.places(np.concatenate([self.points, aim[:, None]], axis=1))
+        self.place = places[:, self.robots][:, 0]
+        places = np.concatenate([places, self.map.mark_places[self.floor]], axis=1)
+        way = metres_between(self.map.nav, self.place[:, None], places)
+        n = self.points.shape[1]
+        self.far, to_spot, to_marks = np.split(np.minimum(way, FAR), [n, n + 1], axis=1)
+
+        self.places = places[:, :n]
+        self._sort_people(places)
+        self._sort_marks(to_marks)
+        self._find_anchors(to_spot)
+
+    def _sort_people(self, places: np.ndarray) -> None:
         """Sort people: lost ones, mine, my mates', others; the nearest first [C4]."""
-        place = self.places[:, self.people]
+        place = places[:, self.people]
         inside = self.there[:, self.people]
         walking = inside & ~self.map.stairs[place]
-        robots = self.places[:, self.robots]
+        robots = places[:, self.robots]
         at_work = self.there[:, self.robots]
         guide = guess_guides(self.map.nav, robots, at_work, place, walking)
         storey = self.points[:, self.people, 2].round()
@@ -134,12 +141,28 @@ class RobotView:
         way = np.where(here, self.far[:, self.people], FAR)
         self.order = np.lexsort((way, group), axis=1)
 
-    def _find_anchors(self) -> None:
-        """List anchors: keep, stay, ways out, feet, rims, nearest lost people [C5]."""
-        self.outs, to_outs = self._nearest_first(*self._marks(self.map.outs))
-        self.feet, to_feet = self._nearest_first(*self._marks(self.map.feet))
-        self.rims, to_rims = self._marks(self.map.rims)
+    def _sort_marks(self, way: np.ndarray) -> None:
+        """Sort ways out and feet, each kind by metres on foot (B, m); rims stay."""
+        marks = self.map.marks[self.floor]
+        self.outs, self.feet, self.rims = _slices(self.map.kinds)
+        way = np.where(np.isnan(marks[..., 0]), FAR, way)
+        order = self._order_of_marks(way)
+        each = np.arange(len(order))[:, None]
+        self.marks = marks[each, order]
+        self.to_marks = way[each, order]
 
+        off = lengths(self.marks - self.spot[:, None])
+        self.headed_to = off <= paper.AT_EXIT_METRES
+        self.to_way_out = self.headed_to[:, self.outs].any(axis=1)
+
+    def _order_of_marks(self, way: np.ndarray) -> np.ndarray:
+        """(B, m) indices of marks in the order in which they are told."""
+        kind = np.repeat(range(3), self.map.kinds)
+        key = np.where(kind < 2, way, 0.0)
+        return np.lexsort((key, np.broadcast_to(kind, key.shape)), axis=1)
+
+    def _find_anchors(self, to_spot: np.ndarray) -> None:
+        """List anchors: keep, stay, ways out, feet, rims, nearest lost people [C5]."""
         first = self.order[:, :NEAREST_PEOPLE]
         each = np.arange(len(first))[:, None]
         lost = self.lost[each, first]
@@ -147,18 +170,15 @@ class RobotView:
         to_people = np.where(lost, self.far[each, first], FAR)
 
         headed = self.spot[:, None]
-        place = self.map.places(np.nan_to_num(headed), self.floor[:, None])
-        to_spot = np.where(np.isnan(headed[..., 0]), FAR, self._way(place))
-
         here = self.me[:, None]
-        parts = [headed, here, self.outs, self.feet, self.rims, people]  # KEEP, WAIT
-        ways = [to_spot, 0 * to_spot, to_outs, to_feet, to_rims, to_people]
+        to_spot = np.where(np.isnan(headed[..., 0]), FAR, to_spot)
+        parts = [headed, here, self.marks, people]  # KEEP, WAIT, ...
+        ways = [to_spot, 0 * to_spot, self.to_marks, to_people]
         self.spots = np.concatenate(parts, axis=1)
         self.way = np.concatenate(ways, axis=1)
         self.allowed = ~np.isnan(self.spots[..., 0])
         off = (self.spots - here) / UNIT
         self.anchors: np.ndarray = np.where(self.allowed[..., None], off, 0.0)
-        self.to_way_out = _within(paper.AT_EXIT_METRES, self.spot, self.outs)
         if self.masks:
             self.allowed &= self.helpful()
         self.allowed[:, WAIT] = True  # a mixture of nothing has no logarithm
@@ -171,13 +191,14 @@ class RobotView:
         """
         leads = self.mine.any(axis=1)
         helps = np.ones_like(self.allowed)
-        outs = WAIT + 1  # the first way out
-        helps[:, outs : outs + self.outs.shape[1]] = leads[:, None]
+        helps[:, WAIT + 1 :][:, self.outs] = leads[:, None]
 
         # the old destination
-        near_lost = _within(ASTRAY, self.spot, self.points[:, self.people], self.lost)
-        to_foot = _within(paper.AT_EXIT_METRES, self.spot, self.feet)
-        to_rim = _within(paper.AT_EXIT_METRES, self.spot, self.rims)
+        people = self.points[:, self.people, :2]
+        near = lengths(people - self.spot[:, None]) <= ASTRAY
+        near_lost = (near & self.lost).any(axis=1)
+        to_foot = self.headed_to[:, self.feet].any(axis=1)
+        to_rim = self.headed_to[:, self.rims].any(axis=1)
         keeps = np.where(self.to_way_out, leads, to_foot | near_lost)
         helps[:, KEEP] = keeps | to_rim
         return helps
@@ -225,33 +246,13 @@ class RobotView:
         known[..., 4] = flag
         return known * self.there[..., None]
 
-    def _way(self, place: np.ndarray) -> np.ndarray:
-        """Metres on foot to places (B, m)."""
-        return np.minimum(metres_between(self.map.nav, self.place[:, None], place), FAR)
-
-    def _marks(self, marks: Marks) -> tuple[np.ndarray, np.ndarray]:
-        """Those of my floor, (B, k, 2), and metres on foot to them; FAR to none."""
-        way = self._way(marks.places[self.floor])
-        return marks.metres[self.floor], np.where(marks.none[self.floor], FAR, way)
-
-    @staticmethod
-    def _nearest_first(
-        marks: np.ndarray, way: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Sort marks (B, k, 2) by metres on foot (B, k)."""
-        each = np.arange(len(way))[:, None]
-        order = np.argsort(way, axis=1, kind="stable")
-        return marks[each, order], way[each, order]
-
 
 def nearness(way: np.ndarray) -> np.ndarray:
     """1 for a way of no metres, one half at HALFWAY; 0 for what is FAR."""
     return np.where(way < FAR, 1 / (1 + way / HALFWAY), 0)
 
 
-def _within(
-    metres: float, spot: np.ndarray, points: np.ndarray, which: np.ndarray | bool = True
-) -> np.ndarray:
-    """(B,) bool: is any of which points (B, m, 2 or 3) so near to a spot (B, 2)?"""
-    off = points[..., :2] - spot[:, None]  # nan is near to nothing
-    return np.asarray(((lengths(off) <= metres) & which).any(axis=1))
+def _slices(counts: Iterable[int]) -> list[slice]:
+    """Slices of parts that stand side by side, so many numbers each."""
+    ends = [0, *accumulate(counts)]
+    return [slice(first, last) for first, last in pairwise(ends)]

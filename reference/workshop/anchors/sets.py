@@ -18,7 +18,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from reference import paper
-from reference.building import Building, Kind, lengths
+from reference.building import Building, Kind
 from reference.game.codec import PolicyCodec
 from reference.game.observations import GRID_KINDS
 from reference.navigation import navigation_of
@@ -235,12 +235,9 @@ class SetView(RobotView):
         self.here = walks & (self.humans[..., 2] == self.floor[:, None])
         self._find_mates()
 
-    @staticmethod
-    def _nearest_first(
-        marks: np.ndarray, way: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """In the map's order instead: a set has none, and the map knows their ways."""
-        return marks, way
+    def _order_of_marks(self, way: np.ndarray) -> np.ndarray:
+        """(B, m) the map's order: a set has none, and the map knows their ways."""
+        return np.broadcast_to(np.arange(way.shape[1]), way.shape)
 
     def _find_mates(self) -> None:
         """Find where the robots of the same world are, and where they are headed."""
@@ -360,12 +357,9 @@ class SetView(RobotView):
 
     def _mark_at_spot(self, marks: np.ndarray) -> np.ndarray:
         """(B, MARK_NUMBERS) of the mark where a robot is headed, or zeros."""
-        first = WAIT + 1
-        off = self.spots[:, first : first + marks.shape[1]] - self.spot[:, None]
-        metres = np.nan_to_num(lengths(off), nan=np.inf)
-        found = np.take_along_axis(marks, metres.argmin(axis=1)[:, None, None], axis=1)
-        at = metres.min(axis=1) <= paper.AT_EXIT_METRES
-        return found[:, 0] * at[:, None]
+        which = self.headed_to.argmax(axis=1)
+        found = marks[np.arange(len(marks)), which]
+        return found * np.any(self.headed_to, axis=1, keepdims=True)
 
     def _flames(self) -> tuple[np.ndarray, np.ndarray]:
         """(B, K) each: how much flames are on my way to an anchor, and near it."""
@@ -397,7 +391,7 @@ class SetView(RobotView):
         mine = self.sources[..., 2] == self.floor[:, None]
         metres = np.sqrt(self._squares(self.sources))
         metres = np.where(mine[:, None], metres, FAR)
-        return nearness(metres.min(axis=-1))
+        return nearness(metres.min(axis=-1, initial=FAR))
 
     def _people_near(self) -> tuple[np.ndarray, np.ndarray]:
         """(B, K) each: how many lost and led people are in a group at an anchor."""
@@ -441,7 +435,8 @@ class SetView(RobotView):
         """(B, M, numbers): where it is, is it on my floor, where headed, is it."""
         off = (self.mates[..., :2] - self.me[:, None]) / UNIT
         up = self.mates[..., 2:] - self.floor[:, None, None]
-        near = nearness(self._way(self.map.places(self.mates)))
+        places = self.map.places(self.mates)
+        near = nearness(metres_between(self.map.nav, self.place[:, None], places))
         headed = np.nan_to_num((self.mate_spots - self.me[:, None]) / UNIT)
         goes = ~np.isnan(self.mate_spots[..., :1])
         present = self.mates[..., 2:] > -0.5
@@ -450,6 +445,8 @@ class SetView(RobotView):
 
     def _fires(self, known: np.ndarray) -> np.ndarray:
         """(B, F, numbers): whether a source burns still, and its point."""
+        if not known.shape[1]:  # a set has at least one element, there or not
+            return np.zeros((len(known), 1, known.shape[2] + 1))
         lit = self.there[:, self.fires]
         burns = self.burning[self.world[:, None], self.places[:, self.fires]] & lit
         return np.concatenate([burns[..., None], known], axis=-1)

@@ -89,7 +89,7 @@ def knows_all_rules() -> bool:
 def _rules() -> "Rules | None":
     """The rules of the book; None: without numba nobody asks for them."""
     try:
-        from reference.workshop.engine import going  # noqa: F401
+        from reference.workshop.engine import going
         from reference.workshop.engine.mirrors import Rules
     except ImportError as error:
         _say(f"numba is not there ({error}): {SLOWER}.")

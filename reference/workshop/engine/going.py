@@ -28,6 +28,7 @@ def make_ready(say: Callable[[str], None]) -> None:
         run = Simulation(building_of(HUT), Scenario(people=0))
         advance(run, 0)
         with quick_ways(run.navigation):
+            run.navigation._search.cache_clear()
             run.navigation.distances(run.navigation.goals[0])
 
     storing.make_ready(first_call, say)

@@ -3,11 +3,12 @@
 N  the numbers;  W  what ways are found with;  p, q  places;  d  metres to a goal
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
-from math import inf, sqrt
-from typing import NamedTuple
+from math import ceil, inf, sqrt
+from math import floor as floor_of
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -47,9 +48,18 @@ def reaches(N, clear, p, q):
 @mirrors("navigation.Navigation.nearest_free e02afb")
 def nearest_free(N, cells, floor, x, y):
     """The walkable place of a floor whose centre is nearest to a point."""
+    begin = floor * N.floor_size
+    end = begin + N.floor_size
+    row = np.int64(ceil(N.top - y)) - 1
+    col = np.int64(floor_of(x + N.left))
+    if 0 <= row < N.rows and 0 <= col < N.cols:
+        p = begin + row * N.cols + col
+        if cells[p].walkable:  # then it is this one, or one beside it on the border
+            begin = max(begin, p - N.cols - 1)
+            end = min(end, p + N.cols + 2)
     best = -1
     least = inf
-    for p in range(floor * N.floor_size, (floor + 1) * N.floor_size):
+    for p in range(begin, end):
         cell = cells[p]
         if cell.walkable:
             east = cell.x - x
@@ -115,9 +125,9 @@ def search(W, steps, cols, goals, cost, stop, d, after):
     cost: (S,) of places, empty: all cost 1;  stop: a place, or -1: whoever asks only
     for its way, which is found then
 
-    Dijkstra's algorithm, with a queue for each metre: a place waits in that of the whole
-    metres of d.  Where steps cost 1 or more, no place shortens the way of another in its
-    queue, which so needs no order; where steps cost less, places wait once more.
+    Dijkstra's algorithm, with a queue for each metre: a place waits in that of the
+    whole metres of d.  Where steps cost 1 or more, no place shortens the way of another
+    in its queue, which so needs no order; where they cost less, places wait once more.
     Of equally short ways the next place is the one nearest to the goal, of equally near
     ones that of the highest number: so scipy's search decides.
     """
@@ -131,10 +141,10 @@ def search(W, steps, cols, goals, cost, stop, d, after):
         W.first[queue] = -1
     waiting = 0
     for k in range(len(goals)):
-        p = goals[k]
-        if d[p] > 0.0:
-            d[p] = 0.0
-            waiting += wait(W, p, 0)
+        goal = goals[k]
+        if d[goal] > 0.0:
+            d[goal] = 0.0
+            waiting += wait(W, goal, 0)
 
     metre = 0
     while waiting:
@@ -256,7 +266,7 @@ def quick_ways(nav: Navigation) -> Iterator[None]:
         nav._search = books
 
 
-def _quick_search(nav: Navigation) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
+def _quick_search(nav: Navigation) -> Any:
     """`Navigation._search`, compiled, with a memory of its own."""
     kept = vars(nav).get("_quick_search")
     if kept is not None:

@@ -178,7 +178,7 @@ def decide_in_turn(
     landmarks = world.building.landmarks
     destinations = Destinations()
     for robot in robots:
-        led = np.count_nonzero(guide == robot.body)
+        led = int(np.count_nonzero(guide == robot.body))
         way = way_of(robot, led)
         group = choose(groups(world, robot, lost), way, led, detour)
         if group is not None:
@@ -202,7 +202,7 @@ def choose(found: Iterable[Group], way: Way, led: int, detour: float) -> Group |
     best = None
     most = led / (TRIP + way.here)
     for group in found:
-        count = np.count_nonzero(group.people)
+        count = int(np.count_nonzero(group.people))
         out = float(way.metres[group.place])
         rate = (led + count) / (TRIP + group.metres + out)
         extra = group.metres + out - way.here

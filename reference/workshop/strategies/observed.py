@@ -7,7 +7,6 @@ hand-written robots and the robot's frame share them.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache, wraps
 from itertools import zip_longest
 from operator import itemgetter
@@ -51,22 +50,16 @@ def kept(most: int) -> Callable[[Function], Function]:
     return keep
 
 
-@dataclass(frozen=True)
-class Marks:
-    """Points of each floor that mean something, (floors, k, ...)."""
-
-    metres: np.ndarray  # (floors, k, 2), nan for none
-    places: np.ndarray  # the nearest where one can stand
-    none: np.ndarray  # bool
-
-
 class KnownMap:
     """What robots know of a building.
 
     origin  as `Building.origin`
     free    (floors, rows, cols) the nearest place where one can stand
     stairs  (places,) bool
-    outs, feet, rims  ways out, feet of stairs and cells to guard
+    outs, feet, rims  (floors, k, 2) metres of ways out, feet of stairs and cells to
+            guard, nan for none
+    marks   (floors, m, 2) metres: these three side by side;  kinds  how many of each
+    mark_places  (floors, m) of them
     """
 
     def __init__(self, building: Building):
@@ -82,15 +75,14 @@ class KnownMap:
         self.free = np.ravel_multi_index(nearest, building.walkable.shape)
         floors = range(building.floors)
         marks = [way_marks(building, floor) for floor in floors]
-        self.outs = self._marks([outs for outs, _ in marks])
-        self.feet = self._marks([feet for _, feet in marks])
-        self.rims = self._marks([guard_points(building, floor) for floor in floors])
-
-    def _marks(self, floors: Sequence[Any]) -> Marks:
-        metres = _padded(floors)
-        floor = np.arange(len(floors))[:, None]
-        places = self.places(np.nan_to_num(metres), floor)
-        return Marks(metres, places, np.isnan(metres[..., 0]))
+        self.outs = _padded([outs for outs, _ in marks])
+        self.feet = _padded([feet for _, feet in marks])
+        self.rims = _padded([guard_points(building, floor) for floor in floors])
+        kinds = [self.outs, self.feet, self.rims]
+        self.kinds = [kind.shape[1] for kind in kinds]
+        self.marks = np.concatenate(kinds, axis=1)
+        floor = np.arange(building.floors)[:, None]
+        self.mark_places = self.places(np.nan_to_num(self.marks), floor)
 
     def places(self, points: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
         """(...) places of points (..., 2), or (..., 3) with floors of their own.
@@ -120,14 +112,21 @@ def metres_between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
     They come from a table; a row is computed when it is first asked for.
     """
     known, table = _table(nav)
-    new = np.unique(p[~known[p]])
-    for floor in np.unique(new // nav.floor_size).tolist():
-        rows = new[new // nav.floor_size == floor]
-        start = floor * nav.floor_size
-        table[rows] = dijkstra(nav.steps[floor], indices=rows - start)
-    known[new] = True
+    new = p[~known[p]]
+    if new.size:
+        _measure(nav, np.unique(new))
     floor, there = np.divmod(q, nav.floor_size)
     return np.where(p // nav.floor_size == floor, table[p, there], np.inf)
+
+
+def _measure(nav: Navigation, places: np.ndarray) -> None:
+    """Fill the rows of these places."""
+    known, table = _table(nav)
+    for floor in np.unique(places // nav.floor_size).tolist():
+        rows = places[places // nav.floor_size == floor]
+        start = floor * nav.floor_size
+        table[rows] = dijkstra(nav.steps[floor], indices=rows - start)
+    known[places] = True
 
 
 @lru_cache(maxsize=8)
