@@ -73,6 +73,8 @@ WORKSHOP = (
     "workshop.storage",  # files, records, folders of runs, workers
     "workshop.maps",  # floor files: find, check, load
     "workshop.engine.mirrors",  # many evacuations at once, compiled:
+    "workshop.engine.keeping",  # what is kept with objects of the book
+    "workshop.engine.ways",  # as `navigation`
     "workshop.engine.tables",  # what never moves
     "workshop.engine.state",  # a simulation as arrays, and back
     "workshop.engine.sees",  # as `view` and `rays`

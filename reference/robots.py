@@ -1,4 +1,4 @@
-"""Robots: Algorithm 3 and Eq. 1; who decides where they go, and two trivial deciders.
+"""Robots: Algorithm 3 and Eq. 1; who decides where they go.
 
 X_r, Y_r    decided destination;  X_r', Y_r'  the actual one [C6]
 p           place
@@ -138,13 +138,3 @@ class NoRobots:
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Decide nothing."""
         return [None] * len(robots)
-
-
-class RandomRobots:
-    """Walk to random places, each on its floor."""
-
-    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
-        """Draw uniformly from the floor's room cells."""
-        building = world.building
-        rooms = building.kind == Kind.FLOOR
-        return [building.random_point(rooms[robot.floor], rng) for robot in robots]

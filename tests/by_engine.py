@@ -6,13 +6,13 @@ of the book run, the book steps.
 """
 
 import sys
-from collections import Counter
 from functools import wraps
 
 from reference.simulation import Simulation
 
 BY_ENGINE = "engine"
 BY_BOOK = "book"
+BY_NOBODY = "none"
 
 SAID = """\
 engine: {engine} tests stepped by the engine, {none} as they are, {book} stepped by \
@@ -33,10 +33,10 @@ class Steps:
 
     @property
     def who(self):
-        """The book if it stepped once, the engine, or "none"."""
+        """The book if it stepped once, the engine, or nobody."""
         if BY_BOOK in self.by:
             return BY_BOOK
-        return BY_ENGINE if self.by else "none"
+        return BY_ENGINE if self.by else BY_NOBODY
 
 
 STEPS = Steps()
@@ -90,5 +90,6 @@ def step_by_engine():
 
 def summary(reports):
     """One line: how many tests were stepped by whom."""
-    count = Counter(who for one in reports if (who := getattr(one, "stepped_by", "")))
-    return SAID.format_map(Counter(count))
+    stepped = [getattr(one, "stepped_by", "") for one in reports]
+    counts = {who: stepped.count(who) for who in (BY_ENGINE, BY_BOOK, BY_NOBODY)}
+    return SAID.format(**counts)

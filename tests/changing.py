@@ -37,8 +37,8 @@ def what_happens():
     from reference.building import building_of
     from reference.fire import RandomFire, burnable, cells_around_clearance
     from reference.paper import Scenario
-    from reference.robots import RandomRobots
     from reference.simulation import Simulation
+    from reference.workshop.strategies.guides import RandomRobots
 
     building = building_of(BOARD)
     sim = Simulation(building, Scenario(), RandomRobots(), RandomFire(), seed=3)

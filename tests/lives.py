@@ -105,7 +105,7 @@ def batch(B: int = 6, G: int = 3, sizes: Sizes = SIZES, seed: int = 0) -> Decisi
 
 def doubled(rows: Decisions) -> Decisions:
     """The same in float64."""
-    wide = rows.columns()
+    wide = vars(rows).copy()
     for name, column in wide.items():
         if column.is_floating_point():
             wide[name] = column.double()

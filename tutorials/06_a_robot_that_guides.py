@@ -1,7 +1,7 @@
 """Tutorial 6: a robot that guides.
 
 You learn what a robot decides and says. You write a strategy of your own, compare it
-with `sweep`, which ships, and find out why it fails. It takes 10 seconds.
+with `sweep`, which ships, and find out why it fails. It takes 5 seconds.
 """
 
 from math import dist

@@ -2,7 +2,7 @@
 
 You learn what the fire agent sees and does. You train it for some seconds against a
 guide written by hand, look at where it then lights fires, and compare it with a simple
-rule. It takes 20 seconds.
+rule. It takes 8 seconds.
 """
 
 from dataclasses import replace

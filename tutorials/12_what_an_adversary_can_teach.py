@@ -3,7 +3,7 @@
 The paper lets a fire attack robots so that they become robust. That needs a game in
 which something better can be done under attack. You meet a fire that repeats itself,
 robots that know it and stand in its way, and a fire that looks before it strikes. It
-takes 60 seconds.
+takes 10 seconds.
 """
 
 from collections import Counter

@@ -2,7 +2,7 @@
 
 In the paper robots and fire learn against each other. You watch it in a building with
 one weak spot. The fire finds the spot, the robots learn to stand in it, and the fire
-has to look again. It takes 40 seconds.
+has to look again. It takes 15 seconds.
 """
 
 from dataclasses import replace

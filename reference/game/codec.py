@@ -38,7 +38,6 @@ class Moment:
     alive: np.ndarray  # (G,) bool, who has not left
     world: World  # of it networks read the grid
     rng: np.random.Generator | None = None  # for sampling; None: mean or likeliest
-    seed: int = 0  # of the episode
 
 
 @dataclass(frozen=True)
@@ -49,8 +48,8 @@ class Sizes:
     grid: tuple[int, int, int]  # channels, height, width
     continuous: int  # Gaussian components
     branches: tuple[int, ...] = ()  # options of each discrete branch
-    head: Callable[[int], Any] | None = None  # given H, another than the paper's
-    encoder: Callable[[int], Any] | None = None  # likewise
+    head: Callable[..., Any] | None = None  # another than `networks.GaussianHead`
+    encoder: Callable[..., Any] | None = None  # than `networks.Encoder`
 
 
 class PolicyCodec:

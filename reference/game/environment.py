@@ -11,7 +11,7 @@ inside any more, truncated if time is up.
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -69,26 +69,27 @@ def _metres(building: Building, action: np.ndarray) -> tuple[float, float]:
 
 @dataclass
 class AgentRobots:
-    """A strategy that does what the robots' agents chose: destinations by body."""
+    """A strategy that does what the robots' agents chose, in the order of robots."""
 
-    chosen: dict[int, Destination | None] = field(default_factory=dict)
+    chosen: Sequence[Destination | None] = ()
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> Destinations:
         """Return the destinations chosen last [C7]."""
-        return [self.chosen.get(robot.body) for robot in robots]
+        first = len(world.bodies)
+        return [self.chosen[robot.body - first] for robot in robots]
 
 
 @dataclass
 class AgentFire:
     """A strategy that does what the fire's agent chose."""
 
-    chosen: Decision | None = None
+    chosen: Sequence[Decision | None] = (None,)
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Return the place chosen last."""
-        return self.chosen
+        return self.chosen[0]
 
 
 # -- The environment ----------------------------------------------------------------
@@ -141,7 +142,7 @@ class Environment:
         if not self.possible_agents:
             raise ValueError("nobody acts: leave the robots or the fire to an agent")
         self.agents: list[str] = []
-        self._seeds: np.random.Generator | None = None
+        self._seeds = np.random.default_rng()
         self._begin(seed=0)
 
     def _begin(self, seed: int) -> None:
@@ -151,22 +152,22 @@ class Environment:
         self.simulation = Simulation(
             self.building,
             self.scenario,
-            self._agent_robots if self._robots is None else deepcopy(self._robots),
-            self._agent_fire if self._fire is None else deepcopy(self._fire),
+            deepcopy(self._robots) or self._agent_robots,
+            deepcopy(self._fire) or self._agent_fire,
             seed,
         )
 
-    def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, Infos]:
+    def reset(self, seed: int | None = None) -> tuple[Observations, Infos]:
         """Begin a new episode: observations and infos. Same seed, same episode.
 
         Without a seed the next one is drawn from the last one given, or at random.
-        There are no options. Raises ValueError for a negative seed.
+        Raises ValueError for a negative seed.
         """
-        if seed is not None or self._seeds is None:
+        if seed is None:
+            seed = int(self._seeds.integers(2**32))
+        else:
             self._seeds = np.random.default_rng(seed)
-        self._begin(int(self._seeds.integers(2**32)) if seed is None else seed)
+        self._begin(seed)
         self.agents = self.possible_agents.copy()
         return self._observed(self.agents), self._infos(self.agents)
 
@@ -177,17 +178,14 @@ class Environment:
         missing; `workshop.zoo` checks others' actions and says what is wrong.
         """
         agents = self.agents
-        if not agents:
-            return {}, {}, {}, {}, {}
         already = len(self.simulation.events)
+        chosen: dict[str, Any] = {}
         for agent in agents:
+            read = fire_decision if agent == FIRE else destination
             action = np.asarray(actions[agent], dtype=np.float64)
-            if agent == FIRE:
-                self._agent_fire.chosen = fire_decision(self.building, action)
-            else:
-                number = self._robot_agents.index(agent)
-                body = self.simulation.world.robots[number].body
-                self._agent_robots.chosen[body] = destination(self.building, action)
+            chosen[agent] = read(self.building, action)
+        self._agent_robots.chosen = [chosen.get(agent) for agent in self._robot_agents]
+        self._agent_fire.chosen = [chosen.get(FIRE)]
         until_next_decision([self.simulation])
 
         # rewards
@@ -209,11 +207,8 @@ class Environment:
 
     def _at_work(self) -> dict[str, bool]:
         """Tell which agents have something to do; the fire always has."""
-        at_work = {FIRE: True}
-        if self._robot_agents:
-            robots = observations.robots_at_work(self.simulation.world).tolist()
-            at_work |= zip(self._robot_agents, robots, strict=True)
-        return at_work
+        robots = observations.robots_at_work(self.simulation.world).tolist()
+        return {FIRE: True, **dict(zip(self._robot_agents, robots, strict=False))}
 
     def _observed(self, agents: list[str]) -> Observations:
         """Collect what each agent observes now [C1] [C4] [D1], in arrays of its own."""

@@ -185,11 +185,9 @@ def _points(worlds: Sequence[World]) -> tuple[np.ndarray, np.ndarray, np.ndarray
     In order of their numbers. People on the stairs are in a cell of the stairwell, on
     the floor they come from; robots whose work is done are where they stand.
     """
-    humans = np.empty((len(worlds), len(worlds[0].bodies), 3))
-    for points, world in zip(humans, worlds, strict=True):
-        points[:, :2] = world.bodies.position
-        points[:, 2] = world.bodies.floor
-        points[~world.bodies.inside] = paper.ABSENT_POINT
+    bodies = [world.bodies for world in worlds]
+    humans = np.stack([np.column_stack([b.position, b.floor]) for b in bodies])
+    humans[~np.stack([b.inside for b in bodies])] = paper.ABSENT_POINT
     robots = [
         [(*robot.position.tolist(), robot.floor) for robot in world.robots]
         for world in worlds

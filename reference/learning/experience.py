@@ -8,7 +8,7 @@ experiences, use all of it, and empty it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -67,19 +67,15 @@ class Decisions:
     def __len__(self) -> int:
         return len(self.alive)
 
-    def columns(self) -> dict[str, Tensor]:
-        """The tensors by name."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
-
     def rows(self, which: Tensor) -> "Decisions":
         """Select group decisions by their indices."""
-        columns = self.columns().items()
+        columns = vars(self).items()
         return Decisions(**{name: x.index_select(0, which) for name, x in columns})
 
     @staticmethod
     def joined(parts: "Sequence[Decisions]") -> "Decisions":
         """Concatenate parts in their order."""
-        columns = [part.columns() for part in parts]
+        columns = [vars(part) for part in parts]
         joined = {name: torch.cat([c[name] for c in columns]) for name in columns[0]}
         return Decisions(**joined)
 

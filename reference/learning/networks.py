@@ -10,7 +10,6 @@ image that a group's agents share is encoded once [E3, chosen].
 
 from collections.abc import Sequence
 from math import sqrt
-from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -80,11 +79,11 @@ class GridEncoder(nn.Module):
         A sum over kinds of channels: walls and exits, alike in a whole batch from one
         building, are convolved once.
         """
-        x = self.conv1.bias[:, None, None]
+        x = self.conv1.get_parameter("bias")[:, None, None]
         kernels = self.conv1.weight.chunk(len(GRID_KINDS), dim=1)
         kinds = grids.chunk(len(GRID_KINDS), dim=1)
         for cells, kernel in zip(kinds, kernels, strict=True):
-            if cells.amax(dim=0).equal(cells.amin(dim=0)):
+            if cells.amax(0).equal(cells.amin(0)):
                 cells = cells[:1]
             cells = cells.to(kernel.dtype)
             x = x + functional.conv2d(cells, kernel, stride=self.conv1.stride)
@@ -126,13 +125,6 @@ class Encoder(nn.Module):
         return torch.cat([vectors, image], dim=-1)
 
 
-def encoder_of(sizes: Sizes, settings: TrainerSettings) -> Any:
-    """The paper's encoder, unless the sizes name another."""
-    if sizes.encoder is None:
-        return Encoder(sizes, settings)
-    return sizes.encoder(settings.hidden_units)
-
-
 def linear(size: int, out: int, deviation: float) -> nn.Linear:
     """A layer of normal weights and zero biases [E3, torch/layers.py]."""
     layer = nn.Linear(size, out)
@@ -162,7 +154,8 @@ class Body(nn.Module):
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
-        self.encoder = encoder_of(sizes, settings)
+        encoder = sizes.encoder or Encoder
+        self.encoder = encoder(sizes, settings)
         self.layers = layers(
             self.encoder.size, settings.hidden_units, settings.num_layers
         )
@@ -202,10 +195,10 @@ class ActionDistribution:
             total = total + branch.entropy()
         return total
 
-    def noise(self) -> tuple[int, int]:
-        """How many standard normal and Gumbel numbers `act` needs for an agent."""
+    def noise(self) -> list[int]:
+        """How many numbers `act` takes: normal ones, then Gumbel's for each branch."""
         counts = (branch.logits.shape[-1] for branch in self.branches)
-        return self.gaussian.mean.shape[-1], sum(counts)
+        return [self.gaussian.mean.shape[-1], *counts]
 
     def act(self, noise: Tensor | None = None) -> Tensor:
         """Sample actions (..., C + D) with `noise`; without it, the mean or likeliest.
@@ -215,8 +208,7 @@ class ActionDistribution:
         mean = self.gaussian.mean
         scores = [branch.logits for branch in self.branches]
         if noise is not None:
-            sizes = [mean.shape[-1], *(s.shape[-1] for s in scores)]
-            normal, *gumbel = noise.split(sizes, dim=-1)
+            normal, *gumbel = noise.split(self.noise(), dim=-1)
             mean = mean + self.gaussian.stddev * normal
             scores = [s + g for s, g in zip(scores, gumbel, strict=True)]
         chosen = [s.argmax(dim=-1, keepdim=True).to(mean.dtype) for s in scores]
@@ -229,12 +221,12 @@ class GaussianHead(nn.Module):
     A linear layer gives the mean; log sigma is a free vector that begins at 0.
     """
 
-    def __init__(self, hidden: int, continuous: int, branches: tuple[int, ...]):
+    def __init__(self, hidden: int, sizes: Sizes):
         super().__init__()
-        self.mean = linear(hidden, continuous, MEAN_GAIN / sqrt(hidden))
-        self.log_sigma = nn.Parameter(torch.zeros(continuous))
+        self.mean = linear(hidden, sizes.continuous, MEAN_GAIN / sqrt(hidden))
+        self.log_sigma = nn.Parameter(torch.zeros(sizes.continuous))
         self.branches = nn.ModuleList(
-            linear(hidden, n, BRANCH_GAIN / sqrt(hidden)) for n in branches
+            linear(hidden, n, BRANCH_GAIN / sqrt(hidden)) for n in sizes.branches
         )
 
     def forward(self, x: Tensor, vectors: Tensor) -> ActionDistribution:
@@ -248,12 +240,9 @@ class Actor(nn.Module):
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
-        hidden = settings.hidden_units
         self.body = Body(sizes, settings)
-        if sizes.head is None:
-            self.head = GaussianHead(hidden, sizes.continuous, sizes.branches)
-        else:
-            self.head = sizes.head(hidden)
+        head = sizes.head or GaussianHead
+        self.head = head(settings.hidden_units, sizes)
 
     def forward(self, vectors: Tensor, grids: Tensor) -> ActionDistribution:
         """(B, G, V) and (B, channels, height, width)."""

@@ -31,7 +31,6 @@ class Player:
         settings: TrainerSettings,
     ):
         """Raises SettingsError for settings that this side cannot have."""
-        self.settings = settings
         self.codec = settings.codec(side, building, scenario)
         self.actor = Actor(self.codec.sizes, settings).eval()
 
@@ -63,14 +62,14 @@ class Player:
 
 def _noise(moments: Sequence[Moment], policy: ActionDistribution) -> Tensor | None:
     """Draw the noise of `act`, (S, G, C + sum n), by each episode's generator."""
-    continuous, counts = policy.noise()
+    continuous, *branches = policy.noise()
     rows = []
     for moment in moments:
         if moment.rng is None:
             return None
         agents = len(moment.alive)
         normal = moment.rng.standard_normal((agents, continuous), dtype=np.float32)
-        gumbel = moment.rng.gumbel(size=(agents, counts)).astype(np.float32)
+        gumbel = moment.rng.gumbel(size=(agents, sum(branches))).astype(np.float32)
         rows.append(np.concatenate([normal, gumbel], axis=1))
     return torch.from_numpy(np.stack(rows))
 

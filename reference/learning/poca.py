@@ -2,8 +2,7 @@
 
 The difference from `ppo`: the critic sees the whole group, the advantage is the
 λ-return less a counterfactual baseline, and an agent that finishes early learns from
-what its group does after it.  The group's critic and its attention stand below the
-learner.
+what its group does after it.  The group's critic and its attention come first.
 
     r    reward of the group;  V  value of the group;  b  baseline of one agent
     R    λ-return;  A  advantage, R − b;  γ, λ, ε, β, T, M  as in `ppo`
@@ -21,8 +20,8 @@ from reference.learning import ppo
 from reference.learning.experience import Decisions, Trajectory, decisions_of
 from reference.learning.networks import (
     REFUSED,
+    Encoder,
     Sizes,
-    encoder_of,
     layers,
     linear,
     value_head,
@@ -67,16 +66,130 @@ def baseline_loss(
     return torch.maximum(unclipped_loss, clipped_loss).mean()
 
 
+# -- The critic ---------------------------------------------------------------------
+
+
+class GroupCritic(nn.Module):
+    """MA-POCA's critic: one network for the value and all baselines [E1].
+
+    For the value, every live agent enters as g. For the baseline of agent j, j enters
+    as g and its mates as f: the group's value without knowing what j did.
+    """
+
+    most: Tensor
+
+    def __init__(self, sizes: Sizes, settings: TrainerSettings):
+        super().__init__()
+        hidden = settings.hidden_units
+        encoder = sizes.encoder or Encoder
+        self.encoder = encoder(sizes, settings)
+        gain = sqrt(0.125 / hidden)
+        size = self.encoder.size
+        self.g = nn.Sequential(linear(size, hidden, gain), nn.SiLU())
+        self.f = nn.Sequential(linear(size + sizes.continuous, hidden, gain), nn.SiLU())
+        self.attention = SelfAttention(hidden)
+        self.trunk = layers(hidden, hidden, settings.num_layers, gain)
+        self.value = value_head(hidden + 1)
+        self.register_buffer("most", torch.ones(()))
+
+    def forward(self, vectors: Tensor, grids: Tensor, alive: Tensor) -> Tensor:
+        """Values (B,) of groups: (B, G, V), (B, channels, height, width), (B, G) bool.
+
+        Rows of absent agents have no effect, but must be finite.
+        """
+        g = self.g(self.encoder(vectors, grids))
+        return self._value(self.attention(g, alive), alive)
+
+    def with_baselines(
+        self, vectors: Tensor, grids: Tensor, alive: Tensor, actions: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Values (B,) and baselines (B, G); actions: (B, G, C), what the agents did.
+
+        The baseline of an absent agent means nothing.
+        """
+        encoded = self.encoder(vectors, grids)
+        g = self.g(encoded)
+        f = self.f(torch.cat([encoded, actions], dim=-1))
+        value = self._value(self.attention(g, alive), alive)
+        pooled = self.attention.counterfactual(f, g, alive)
+        return value, self._value(pooled, alive[:, None])
+
+    def _value(self, pooled: Tensor, alive: Tensor) -> Tensor:
+        """(..., H) of sets, (..., G) bool -> (...): trunk, number of agents, head."""
+        n = alive.sum(dim=-1, dtype=pooled.dtype)
+        self.most = torch.maximum(self.most, n.max())
+        share = (2 * n / self.most - 1).expand(pooled.shape[:-1])
+        x = torch.cat([self.trunk(pooled), share[..., None]], dim=-1)
+        value: Tensor = self.value(x)[..., 0]
+        return value
+
+
+class SelfAttention(nn.Module):
+    """Residual self-attention over a set, pooled to the mean of live agents [E1].
+
+    Scores are divided by the root of H, norms have no parameters, and the residual
+    adds the normalised input [E3, torch/attention.py].
+    """
+
+    def __init__(self, hidden: int):
+        super().__init__()
+        deviation = sqrt(0.125 / hidden)
+        self.query = linear(hidden, hidden, deviation)
+        self.key = linear(hidden, hidden, deviation)
+        self.to_value = linear(hidden, hidden, deviation)
+        self.out = linear(hidden, hidden, deviation)
+
+    def forward(self, entities: Tensor, alive: Tensor) -> Tensor:
+        """(B, G, H) and (B, G) bool -> (B, H); absent agents are not asked."""
+        return self._pooled(self._projected(entities), alive)
+
+    def counterfactual(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:
+        """Attend to the group without agent j's action, in row j: (B, G, H).
+
+        Set j has f of every agent but j, and g of j; all sets pass the same attention.
+        """
+        G = f.shape[1]
+        j = torch.arange(G)
+        sets = self._projected(f)[:, None].repeat(1, G, 1, 1)  # (B, j, G, 4H)
+        sets[:, j, j] = self._projected(g)
+        return self._pooled(sets, alive[:, None])
+
+    def _projected(self, entities: Tensor) -> Tensor:
+        """(B, G, H) -> (B, G, 4H): normalised, then query, key and value of it."""
+        x = layer_norm(entities)
+        return torch.cat([x, self.query(x), self.key(x), self.to_value(x)], dim=-1)
+
+    def _pooled(self, projected: Tensor, alive: Tensor) -> Tensor:
+        """Attend, add, normalise and take the mean: (..., G, 4H) -> (..., H)."""
+        x, q, k, v = projected.chunk(4, dim=-1)
+        q = _by_head(q)
+        k = _by_head(k)
+        v = _by_head(v)
+        scores = q @ k.transpose(-2, -1) / sqrt(x.shape[-1])  # (..., heads, G, G)
+        scores = scores.masked_fill(~alive[..., None, None, :], REFUSED)
+        attended = (scores.softmax(dim=-1) @ v).transpose(-3, -2).flatten(-2)
+        rows = layer_norm(self.out(attended) + x) * alive[..., None]
+        n = alive.sum(dim=-1, keepdim=True, dtype=x.dtype)
+        return rows.sum(dim=-2) / (n + POOLING_EPSILON)
+
+
+def _by_head(x: Tensor) -> Tensor:
+    """(..., G, H) -> (..., heads, G, H / heads)."""
+    return x.unflatten(-1, (ATTENTION_HEADS, -1)).transpose(-3, -2)
+
+
+def layer_norm(x: Tensor) -> Tensor:
+    """(..., H), mean 0 and variance 1, no parameters [E3, torch/layers.py]."""
+    return functional.layer_norm(x, x.shape[-1:], eps=NORM_EPSILON)
+
+
 # -- The learner --------------------------------------------------------------------
 
 
 class Learner(ppo.Learner):
     """The robots' trainer: PPO's policy loss with the group's critic."""
 
-    critic: "GroupCritic"
-
-    def _critic(self) -> "GroupCritic":
-        return GroupCritic(self.sizes, self.settings)
+    make_critic = GroupCritic
 
     def values(self, t: Trajectory, ends: list[int]) -> tuple[Tensor, Tensor, Tensor]:
         """Compute the group's value for each agent, its baseline, and what follows."""
@@ -129,126 +242,6 @@ class Learner(ppo.Learner):
         baseline = float(buffer.baselines[buffer.alive].mean())
         estimates = super()._estimates(buffer)
         return estimates | {"Policy/Extrinsic Baseline Estimate": baseline}
-
-
-# -- The critic ---------------------------------------------------------------------
-
-
-class GroupCritic(nn.Module):
-    """MA-POCA's critic: one network for the value and all baselines [E1].
-
-    For the value, every live agent enters as g. For the baseline of agent j, j enters
-    as g and its mates as f: the group's value without knowing what j did.
-    """
-
-    most: Tensor
-
-    def __init__(self, sizes: Sizes, settings: TrainerSettings):
-        super().__init__()
-        hidden = settings.hidden_units
-        self.encoder = encoder_of(sizes, settings)
-        gain = sqrt(0.125 / hidden)
-        without_action = self.encoder.size
-        with_action = without_action + sizes.continuous
-        self.g = nn.Sequential(linear(without_action, hidden, gain), nn.SiLU())
-        self.f = nn.Sequential(linear(with_action, hidden, gain), nn.SiLU())
-        self.attention = SelfAttention(hidden)
-        self.trunk = layers(hidden, hidden, settings.num_layers, gain)
-        self.value = value_head(hidden + 1)
-        self.register_buffer("most", torch.ones(()))
-
-    def forward(self, vectors: Tensor, grids: Tensor, alive: Tensor) -> Tensor:
-        """Values (B,) of groups: (B, G, V), (B, channels, height, width), (B, G) bool.
-
-        Rows of absent agents have no effect, but must be finite.
-        """
-        g = self.g(self.encoder(vectors, grids))
-        return self._value(self.attention(g, alive), alive)
-
-    def with_baselines(
-        self, vectors: Tensor, grids: Tensor, alive: Tensor, actions: Tensor
-    ) -> tuple[Tensor, Tensor]:
-        """Values (B,) and baselines (B, G); actions: (B, G, C), what the agents did.
-
-        The baseline of an absent agent means nothing.
-        """
-        encoded = self.encoder(vectors, grids)
-        g = self.g(encoded)
-        f = self.f(torch.cat([encoded, actions], dim=-1))
-        value = self._value(self.attention(g, alive), alive)
-        baselines = self._value(self.attention.counterfactual(f, g, alive), alive)
-        return value, baselines
-
-    def _value(self, pooled: Tensor, alive: Tensor) -> Tensor:
-        """(B, H) -> (B,), or (B, G, H) -> (B, G): trunk, number of agents, head."""
-        n = alive.sum(dim=1, dtype=pooled.dtype)
-        self.most = torch.maximum(self.most, n.max())
-        share = 2 * n / self.most - 1  # (B,)
-        if pooled.dim() == 3:
-            share = share[:, None].expand(pooled.shape[:-1])
-        x = torch.cat([self.trunk(pooled), share[..., None]], dim=-1)
-        value: Tensor = self.value(x)[..., 0]
-        return value
-
-
-class SelfAttention(nn.Module):
-    """Residual self-attention over a set, pooled to the mean of live agents [E1].
-
-    Scores are divided by the root of H, norms have no parameters, and the residual
-    adds the normalised input [E3, torch/attention.py].
-    """
-
-    def __init__(self, hidden: int):
-        super().__init__()
-        deviation = sqrt(0.125 / hidden)
-        self.query = linear(hidden, hidden, deviation)
-        self.key = linear(hidden, hidden, deviation)
-        self.to_value = linear(hidden, hidden, deviation)
-        self.out = linear(hidden, hidden, deviation)
-
-    def forward(self, entities: Tensor, alive: Tensor) -> Tensor:
-        """(B, G, H) and (B, G) bool -> (B, H); absent agents are not asked."""
-        return self._pooled(self._projected(entities), alive)
-
-    def counterfactual(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:
-        """Attend to the group without agent j's action, in row j: (B, G, H).
-
-        Set j has f of every agent but j, and g of j; all sets pass the same attention.
-        """
-        B, G, H = f.shape
-        j = torch.arange(G)
-        sets = self._projected(f)[:, None].repeat(1, G, 1, 1)  # (B, j, G, 4H)
-        sets[:, j, j] = self._projected(g)
-        pooled = self._pooled(sets.flatten(0, 1), alive.repeat_interleave(G, dim=0))
-        return pooled.view(B, G, H)
-
-    def _projected(self, entities: Tensor) -> Tensor:
-        """(B, G, H) -> (B, G, 4H): normalised, then query, key and value of it."""
-        x = layer_norm(entities)
-        return torch.cat([x, self.query(x), self.key(x), self.to_value(x)], dim=-1)
-
-    def _pooled(self, projected: Tensor, alive: Tensor) -> Tensor:
-        """Attend, add, normalise and take the mean: (B, G, 4H) -> (B, H)."""
-        x, q, k, v = projected.chunk(4, dim=-1)
-        q = _by_head(q)
-        k = _by_head(k)
-        v = _by_head(v)
-        scores = q @ k.transpose(-2, -1) / sqrt(x.shape[-1])  # (B, heads, G, G)
-        scores = scores.masked_fill(~alive[:, None, None], REFUSED)
-        attended = (scores.softmax(dim=-1) @ v).transpose(1, 2).flatten(2)
-        rows = layer_norm(self.out(attended) + x) * alive[..., None]
-        n = alive.sum(dim=1, keepdim=True, dtype=x.dtype)
-        return rows.sum(dim=1) / (n + POOLING_EPSILON)
-
-
-def _by_head(x: Tensor) -> Tensor:
-    """(B, G, H) -> (B, heads, G, H / heads)."""
-    return x.unflatten(-1, (ATTENTION_HEADS, -1)).transpose(1, 2)
-
-
-def layer_norm(x: Tensor) -> Tensor:
-    """(..., H), mean 0 and variance 1, no parameters [E3, torch/layers.py]."""
-    return functional.layer_norm(x, x.shape[-1:], eps=NORM_EPSILON)
 
 
 LEARNERS: dict[str, type[ppo.Learner]] = {"ppo": ppo.Learner, "poca": Learner}

@@ -118,22 +118,21 @@ class Critic(nn.Module):
 class Learner:
     """One side's trainer: networks, buffer, optimiser and steps so far."""
 
+    make_critic: Any = Critic
+
     def __init__(self, settings: TrainerSettings, sizes: Sizes, seed: int):
         self.settings = settings
-        self.sizes = sizes
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
             self.actor = Actor(sizes, settings)
-            self.critic = self._critic()
+            self.critic = self.make_critic(sizes, settings)
         self.rng = torch.Generator().manual_seed(seed)
         both = [*self.actor.parameters(), *self.critic.parameters()]
-        self.optimiser = torch.optim.Adam(both, eps=ADAM_EPSILON)  # rate: in `update`
+        # rate: in `update`
+        self.optimiser = torch.optim.Adam(both, eps=ADAM_EPSILON, fused=True)
         self.buffer: list[Decisions] = []
         self.reward_scale = settings.strength * settings.reward_scale
         self.steps = 0
-
-    def _critic(self) -> Any:
-        return Critic(self.sizes, self.settings)
 
     def add(self, trajectories: Sequence[Trajectory]) -> None:
         """Add whole episodes: normalise, value them, count their steps."""

@@ -16,7 +16,7 @@ from reference.fire import FireStrategy
 from reference.game.codec import Moment, decided
 from reference.game.environment import AgentFire, AgentRobots, until_next_decision
 from reference.game.observations import robots_at_work
-from reference.learning.experience import RECORDED, Record, Trajectory
+from reference.learning.experience import Record, Trajectory
 from reference.learning.players import LearnedNetwork, Player
 from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
@@ -106,8 +106,8 @@ class _RunningEpisode:
     """One running episode: what its recorded sides see, do and are paid.
 
     agents  strategies that do what players choose;  decisions  of the robots, so far
-    stays   (R,) bool, robots that have not left;  there  those that had not a step ago
-    seen    (R, V) what robots observed last;  records, rewards  by side
+    there   (R,) bool, robots that observe the next step;  seen  (R, V), what they did
+            last;  records  by side, with their rewards
     """
 
     def __init__(
@@ -123,14 +123,13 @@ class _RunningEpisode:
         self.simulation = Simulation(building, job.scenario, **sides, seed=seed)
         self.told = 0  # events
         self.decisions = 0
-        self.there = self.stays = np.ones(len(self.simulation.world.robots), bool)
+        self.there = np.ones(len(self.simulation.world.robots), dtype=bool)
         self.seen = np.zeros((), dtype=np.float32)
         self.rngs = {  # beside the simulation's own
             side: np.random.default_rng([seed, k]) for k, side in enumerate(SIDES, 1)
         }
         recorded = [side for side in players if side in job.record]
         self.records: dict[Side, list[Record]] = {side: [] for side in recorded}
-        self.rewards: dict[Side, list[float]] = {side: [] for side in recorded}
 
     def acting(self, side: Side) -> np.ndarray:
         """(G,) bool: whose actions are read now?"""
@@ -143,42 +142,35 @@ class _RunningEpisode:
 
         A robot that has left keeps what it observed last.
         """
+        acting = self.acting(side)
         if side == "robots":
             vectors = self.seen = np.where(self.there[:, None], vectors, self.seen)
+            self.there = acting | (self.decisions == 0)  # all are there for a step
         return Moment(
             vectors=vectors,
-            alive=self.acting(side),
+            alive=acting,
             world=self.simulation.world,
             rng=self.rngs[side],
-            seed=self.seed,
         )
 
     def choose(self, side: Side, chosen: np.ndarray, record: Record) -> None:
         """Take a decision, and record it with no reward yet."""
-        decisions = list(map(decided, chosen))
-        if side == "robots":
-            bodies = [robot.body for robot in self.simulation.world.robots]
-            self.agents[side].chosen = dict(zip(bodies, decisions, strict=True))
-        else:
-            (self.agents[side].chosen,) = decisions
+        self.agents[side].chosen = list(map(decided, chosen))
         if side in self.records:
-            self.records[side].append(record)
-            self.rewards[side].append(0.0)
+            self.records[side].append(record | {"rewards": np.zeros(())})
 
     def end_step(self) -> None:
-        """Pay a side's last decision, the same for all agents; see who has left.
+        """Pay a side's last decision, the same for all agents.
 
         Rewards before its first decision are not learned from.
         """
         events = self.simulation.events[self.told :]
         self.told += len(events)
         earned = {"robots": group_reward(events), "fire": fire_reward(events)}
-        for side, paid in self.rewards.items():
-            if paid:
-                paid[-1] += earned[side]
+        for side, records in self.records.items():
+            if records:
+                records[-1]["rewards"] += earned[side]
         self.decisions += 1
-        self.there = self.stays
-        self.stays = robots_at_work(self.simulation.world)
 
     def episode(self) -> Episode:
         """Make the whole episode, once it is over."""
@@ -209,12 +201,12 @@ class _RunningEpisode:
             return None
         codec = self.players[side].codec
         last = _moments([self], side)
-        columns = {name: [row[name] for row in records] for name in RECORDED}
+        columns = {name: [row[name] for row in records] for name in records[0]}
         columns["vectors"].extend(codec.read(last))
         columns["grids"].extend(codec.grids(last))
         columns["alive"].append(columns["alive"][-1] & self._cut_off(side))
         arrays = {name: np.stack(rows) for name, rows in columns.items()}
-        return Trajectory(**arrays, rewards=np.array(self.rewards[side]))
+        return Trajectory(**arrays)
 
     def _cut_off(self, side: Side) -> np.ndarray | bool:
         """Has time left them with something to do [C8]? (G,) bool, or one for all."""

@@ -130,8 +130,8 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], Infos]:
-        """Begin a new episode; see `Environment.reset`."""
-        seen, infos = self.environment.reset(seed, options)
+        """Begin a new episode; see `Environment.reset`. There are no options."""
+        seen, infos = self.environment.reset(seed)
         self._begun = True
         self._history.clear()
         return self._seen(seen), self._with_outcome(infos)

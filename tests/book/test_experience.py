@@ -81,7 +81,7 @@ def test_a_minibatch_s_rows_stay_together():
     decisions.values, decisions.baselines, decisions.returns = torch.randn(3, 6, 2)
     (batch, _) = drawn(decisions, 4)
     rows = decisions.rows(batch.advantages[:, 0].long())
-    for name, column in rows.columns().items():
+    for name, column in vars(rows).items():
         assert torch.equal(getattr(batch, name), column.float()), name
 
 

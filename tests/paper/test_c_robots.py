@@ -26,14 +26,13 @@ from reference.fire import NoFire, RandomFire
 from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scenario
 from reference.robots import (
     NoRobots,
-    RandomRobots,
     actual_target,
     said_on_the_way,
     speed_while_leading,
 )
 from reference.simulation import Simulation
 from reference.workshop.strategies import ROBOTS
-from reference.workshop.strategies.guides import Sweep
+from reference.workshop.strategies.guides import RandomRobots, Sweep
 from reference.world import NOWHERE, Evacuated, LeftFloor
 
 UPSTAIRS = "#AA+...R.1.E\n\n#AA+...R.2p#"

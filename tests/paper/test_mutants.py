@@ -143,14 +143,14 @@ B8 paper
   - PEOPLE = 40
   + PEOPLE = 41
 C1 game/observations
-  - fires[k] = source.x, source.y, source.floor
-  + fires[k] = source.y, source.x, source.floor
+  - fires[k, 0, j] = source.x, source.y, source.floor
+  + fires[k, 0, j] = source.y, source.x, source.floor
 C2 paper
   - FIRE_SOURCES = 8
   + FIRE_SOURCES = 7
 C3 game/observations
-  - np.concatenate([kind == Kind.WALL, burning, ways_out])
-  + np.concatenate([kind == Kind.WALL, burning[::-1], ways_out])
+  - cells[floors : 2 * floors, :rows, :cols] = burning
+  + cells[floors : 2 * floors, :rows, :cols] = burning[::-1]
 C4 game/observations
   - rank = np.where(up >= 0, up, floors - up)
   + rank = np.abs(up)
@@ -179,8 +179,8 @@ C8 learning/poca
   - values * goes_on
   + 0 * values * goes_on
 D1 game/observations
-  - robots[None], team=work.sum())[0]
-  + robots[None], team=0)[0]
+  - team = work.sum(axis=1, keepdims=True)
+  + team = 0 * work.sum(axis=1, keepdims=True)
 D2 simulation
   - since % paper.FIRE_EVERY_DECISIONS == 0
   + since % 4 == 0

@@ -72,7 +72,7 @@ def test_a_mixture_is_drawn_around_its_anchors_as_often_as_they_weigh():
 @pytest.mark.paper("C7", "Alg. 3:3")
 def test_commitment_is_a_bonus_for_the_anchor_where_a_mixture_is_headed():
     """Where it is headed somewhere; else that anchor is refused."""
-    head = MixtureHead((3, 2), 0.4, 2.5, hidden=8)
+    head = MixtureHead(3, 0.4, 2.5, 8, lives.SIZES)
     torch.nn.init.zeros_(head.weights.weight)
     allowed = torch.tensor([[1.0, 1, 1], [0, 1, 1]])
     vectors = torch.cat([torch.zeros(2, 6), allowed, torch.randn(2, 5)], dim=1)
@@ -85,7 +85,7 @@ def test_commitment_is_a_bonus_for_the_anchor_where_a_mixture_is_headed():
 @pytest.mark.paper("C5", "chosen")
 def test_a_mixture_reads_its_anchors_from_the_numbers():
     """The first 2K of them, in the units that an action has."""
-    head = MixtureHead((3, 2), 0.4, 0.0, hidden=8)
+    head = MixtureHead(3, 0.4, 0.0, 8, lives.SIZES)
     rng = np.random.default_rng(0)
     vectors = torch.from_numpy(rng.normal(size=(4, 20))).float()
     vectors[:, 6:9] = 1.0

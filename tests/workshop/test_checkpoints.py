@@ -13,6 +13,7 @@ from trainings import begun, equal, room_for, tiny
 from reference.fire import RandomFire
 from reference.game.codec import Moment, decided
 from reference.game.environment import AgentRobots, until_next_decision
+from reference.learning.rollouts import play
 from reference.paper import InputError
 from reference.robots import NoRobots
 from reference.simulation import Simulation
@@ -24,6 +25,7 @@ from reference.workshop.training.checkpoints import (
     save_checkpoint,
 )
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
+from reference.workshop.training.rounds import Training
 from reference.workshop.training.starting import resume_training
 from reference.world import FireLit
 
@@ -65,6 +67,19 @@ def test_networks_that_are_fixed_or_begun_with_are_in_the_file_too(
     for read, who in (*task.fixed["fire"], fire), (task.initial["robots"], robots):
         assert read.settings == who.settings
         assert equal(read.weights, who.weights)
+
+
+def test_a_training_does_not_go_on_in_the_checkpoint_that_it_resumed(tmp_path):
+    """Another one can go on from there too; an optimiser's moments are its own."""
+    training = begun()
+    training.learn(play(*training.jobs()))
+    save_checkpoint(training.checkpoint(), tmp_path / "own.pt")
+    read = load_checkpoint(tmp_path / "own.pt")
+    before = deepcopy(read.learners)
+    resumed = Training.resumed(read)
+    resumed.learn(play(*resumed.jobs()))
+    assert not equal(resumed.checkpoint().learners, before)
+    assert equal(read.learners, before)
 
 
 def test_only_checkpoints_of_the_rounds_named_are_kept(checkpoint, tmp_path):
@@ -202,8 +217,7 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path):
         (vectors,) = policy.player.codec.observe([world])
         moment = Moment(vectors, np.ones(len(vectors), bool), world)
         (rows,), _ = policy.player.act([moment])
-        bodies = [robot.body for robot in world.robots]
-        agents.chosen = dict(zip(bodies, map(decided, rows), strict=True))
+        agents.chosen = list(map(decided, rows))
         until_next_decision([guided])
     assert alone.run() == guided.outcome()
 

@@ -160,7 +160,7 @@ def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp
 def test_each_run_has_strategies_of_its_own_and_the_worst_case_knows_whom_it_meets():
     """They begin as they were made, though they are made once."""
     evaluation = begin_evaluation(("patrol",), ("worst-case",), "tiny", people=2)
-    runs = evaluation.simulations(evaluation.runs[:2])
+    runs = list(evaluation.simulations(evaluation.runs[:2]))
     one, other = (run.robot_strategy for run in runs)
     assert one is not other and vars(one) == vars(other)
     assert all(run.fire_strategy.robots is run.robot_strategy for run in runs)
@@ -339,7 +339,7 @@ def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
             begin_evaluation(**words, episodes=2), tmp_path / "out", InProcess()
         )
     with pytest.raises(InputError, match=rf"^{network} has changed since"):
-        evaluation.simulations(evaluation.runs)
+        list(evaluation.simulations(evaluation.runs))
 
     shutil.copy(first, network)
     drawing.write_text(drawing.read_text().replace("Tiny", "Small"))

@@ -43,6 +43,31 @@ def test_without_numba_everything_is_the_same_and_a_note_says_why_it_takes_longe
     assert json.loads(out) == json.loads(capsys.readouterr().out)
     assert err.count("numba is not there (No module named 'numba')") == 1
     assert err.count("the book plays") == 1
+    assert "pip install -e '.[fast]'" in err
+
+
+@pytest.mark.parametrize("why", ["OSError('no LLVM here')", "ImportError('too new')"])
+def test_a_numba_that_cannot_be_loaded_is_as_good_as_none(why, tmp_path):
+    """It says why it could not."""
+    (tmp_path / "numba.py").write_text(f"raise {why}")
+    env = {"PYTHONPATH": f"{tmp_path}:{ROOT}"}
+    words = [*MATCH.split(), "--workers", "0"]
+    process = python("-m", "reference", *words, env=env, stdout=PIPE, stderr=PIPE)
+    _, err = process.communicate(timeout=300)
+    assert process.returncode == 0
+    assert f"numba is not there ({eval(why)}): the book plays" in err
+    assert "pip install" not in err  # it is installed
+
+
+def test_numba_may_be_switched_off():
+    """By its own variable, as one does to step into what it compiles."""
+    pytest.importorskip("numba")
+    words = [*MATCH.split(), "--workers", "0"]
+    off = {"NUMBA_DISABLE_JIT": "1"}
+    process = python("-m", "reference", *words, env=off, stdout=PIPE, stderr=PIPE)
+    _, err = process.communicate(timeout=300)
+    assert process.returncode == 0
+    assert "numba is not there (NUMBA_DISABLE_JIT is set): the book plays" in err
 
 
 @pytest.fixture

@@ -2,8 +2,10 @@
 
 import gc
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from copy import copy, deepcopy
 from dataclasses import replace
+from math import inf
 from time import process_time
 from typing import Any
 from weakref import ref
@@ -18,31 +20,35 @@ from equality import unlike
 from reference import paper
 from reference.paper import Scenario
 from reference.rays import sight_of
-from reference.robots import Destinations, RandomRobots
+from reference.robots import Destinations
 from reference.simulation import Simulation
+from reference.workshop import engine
 from reference.workshop.engine.going import advance
 from reference.workshop.maps import load
 from reference.workshop.strategies import SCRIPTS
+from reference.workshop.strategies.guides import RandomRobots
 from reference.world import Aim, Mind, World
 
+pytestmark = pytest.mark.usefixtures("engine_plays")
 
-def simulation(name: str, robots: str, fire: str, seed: int, **kw: Any) -> Simulation:
-    """A simulation, ready to begin."""
-    guide = SCRIPTS["robots"][robots]()
-    foe = SCRIPTS["fire"][fire]()
-    return Simulation(load(name), Scenario(**kw), guide, foe, seed)
+
+def begun(**kw: Any) -> Simulation:
+    """A simulation before its first tick."""
+    guide = SCRIPTS["robots"]["escort"]()
+    foe = SCRIPTS["fire"]["random"]()
+    return Simulation(load("tiny"), Scenario(**kw), guide, foe, 2)
 
 
 def played(ticks: int = 120, **kw: Any) -> Simulation:
     """A simulation that the engine has begun."""
-    run = simulation("tiny", "escort", "random", 2, **kw)
+    run = begun(**kw)
     advance(run, ticks)
     return run
 
 
 def stepped(ticks: int = 120, **kw: Any) -> Simulation:
     """The same, played by the book."""
-    run = simulation("tiny", "escort", "random", 2, **kw)
+    run = begun(**kw)
     for _ in range(ticks):
         run.step()
     return run
@@ -80,7 +86,7 @@ def test_a_copy_is_of_arrays_and_costs_less_than_a_millisecond() -> None:
     for _ in range(50):
         run.copy()
     assert process_time() - begin < 50 * 1e-3
-    assert vars(run)["_engine"].has_minds
+    assert vars(run)["_engine_arrays"].has_minds
 
 
 def test_a_copy_of_the_world_alone_starts_another_simulation() -> None:
@@ -200,12 +206,94 @@ def test_a_simulation_goes_when_nobody_holds_it() -> None:
     gc.disable()
     try:
         run = played()
-        gone = ref(vars(run)["_engine"])
+        gone = ref(vars(run)["_engine_arrays"])
         twin = run.copy()
         del run
         assert gone() is None
-        gone = ref(vars(twin)["_engine"])
+        gone = ref(vars(twin)["_engine_arrays"])
         del twin
         assert gone() is None
     finally:
         gc.enable()
+
+
+# -- What strategies do with worlds -------------------------------------------------
+
+
+def test_minds_are_a_list_to_whoever_takes_parts_of_them():
+    """Slices, sums and copies hold the minds themselves."""
+    run = played()
+    minds = list(run.world.minds)
+    assert run.world.minds[:3] == minds[:3]
+    assert run.world.minds[1] is minds[1]
+    assert run.world.minds + minds == minds + run.world.minds == 2 * minds
+    assert copy(run.world.minds) == run.world.minds.copy() == minds
+
+
+def test_a_strategy_may_hang_something_on_bodies():
+    """The engine leaves what it does not know where it is."""
+    run = played()
+    run.world.bodies.visited = run.world.bodies.place.copy()
+    visited = run.world.bodies.visited.copy()
+    assert unlike(to_the_end(stepped()), to_the_end(run)) == ""
+    assert np.array_equal(run.world.bodies.visited, visited)
+
+
+def test_a_world_that_was_replaced_stays_as_it_was():
+    """Who holds it, or its arrays, sees nothing of what comes."""
+    run = played()
+    before = run.world
+    frozen = deepcopy(before)
+    run.world = deepcopy(before)
+    health = run.world.bodies.health
+    assert unlike(to_the_end(stepped()), to_the_end(run)) == ""
+    assert np.array_equal(before.bodies.health, frozen.bodies.health)
+    assert not np.array_equal(before.bodies.health, health)
+    assert list(before.minds) == list(frozen.minds)
+
+
+def test_an_array_that_was_replaced_stays_as_it_was():
+    """As in the book, where another array is moved on."""
+    book = stepped()
+    run = played()
+    for one in (book, run):
+        one.world.bodies.health = one.world.bodies.health + 1
+    held = [(one.world.bodies.health, one.world.bodies.position) for one in (book, run)]
+    old = [health for health, _ in held]
+    for one in (book, run):
+        one.world.bodies.health = one.world.bodies.health + 1
+    as_it_was = old[1].copy()
+    to_the_end(book)
+    to_the_end(run)
+    assert unlike(book, run) == ""
+    assert np.array_equal(old[1], as_it_was)
+    assert np.array_equal(held[0][1], held[1][1])
+
+
+def test_a_strategy_may_wait_for_threads_that_play():
+    """The engine is nobody's while strategies decide."""
+
+    class Asks(RandomRobots):
+        def decide(self, world, robots, rng):
+            with ThreadPoolExecutor(2) as pool:
+                ends = pool.map(to_the_end, [begun(people=3) for _ in range(2)])
+            self.ends = [end.ticks for end in ends]
+            return super().decide(world, robots, rng)
+
+    run = begun(people=3, time_limit=6.0)
+    run.robot_strategy = Asks()
+    to_the_end(run)
+    assert len(set(run.robot_strategy.ends)) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("HEAT_COST", 0.0), ("MOST_FOLLOWERS", inf), ("DOOR_FLOW", 0)]
+)
+def test_odd_numbers_are_the_books(name, value, monkeypatch, capsys):
+    """What the book makes of them, compiled code would not."""
+    run = begun()
+    assert engine.plays(run)
+    monkeypatch.setattr(paper, name, value)
+    assert not engine.plays(run)
+    assert not engine.plays(run)
+    assert capsys.readouterr().err.count(f"paper.{name} is odd") <= 1

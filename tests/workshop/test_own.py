@@ -16,7 +16,6 @@ from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing import design, jobs, report
 from reference.workshop.storage.workers import InProcess
-from reference.workshop.strategies import own
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.trained import FlatFire, FlatRobots
 
@@ -227,10 +226,3 @@ def test_a_policy_brings_the_building_and_scenario_that_it_has_learned_in(mine, 
     assert (status, "its robots learned with people=5" in message) == (1, True)
     status, message = refusal(capsys, *match, "--sample")
     assert (status, "--sample goes with a checkpoint" in message) == (2, True)
-
-
-def test_what_has_moved_is_still_found_for_a_version():
-    """With a warning that says from where to import it."""
-    with pytest.warns(DeprecationWarning, match=r"strategies\.trained\.FlatRobots"):
-        assert own.FlatRobots is FlatRobots
-    assert not hasattr(own, "FlatWalls")

@@ -13,12 +13,13 @@ from trainings import TINY, Stopped, begun, equal, tiny, trained
 from reference.fire import NoFire, RandomFire
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.players import LearnedNetwork
+from reference.learning.ppo import Learner
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
-from reference.robots import RandomRobots
 from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.workers import InProcess, workers
 from reference.workshop.strategies.fires import BusiestFire
+from reference.workshop.strategies.guides import RandomRobots
 from reference.workshop.training.checkpoints import load_checkpoint, newest_checkpoint
 from reference.workshop.training.loop import run_training
 from reference.workshop.training.rounds import Training, seeds_of
@@ -145,6 +146,26 @@ def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
     same = load_checkpoint(here / newest_checkpoint(tmp_path).name)
     assert equal(load_checkpoint(tmp_path).learners, same.learners)
     assert rows(tmp_path) == rows(here)[:4]
+
+
+@pytest.mark.paper("E6", "chosen")
+def test_updates_run_on_as_many_threads_as_the_settings_say(tmp_path, monkeypatch):
+    """Not on those of the machine; a checkpoint keeps their number."""
+    seen = []
+    update = Learner.update
+
+    def watched(learner):
+        seen.append(torch.get_num_threads())
+        return update(learner)
+
+    monkeypatch.setattr(Learner, "update", watched)
+    before = torch.get_num_threads()
+    trained(begun(tiny(threads=3), seed=1), tmp_path, 1)
+    resumed = Training.resumed(load_checkpoint(tmp_path))
+    trained(resumed, tmp_path)
+    assert len(seen) > 4
+    assert {*seen} == {3}
+    assert torch.get_num_threads() == before
 
 
 def test_seeds_follow_from_the_run_and_the_round_alone():

@@ -12,7 +12,7 @@ ANSWERS = sorted((ROOT / "tutorials" / "answers").glob("*.py"))
 QUICK = (
     ("01", "02", "03", "05"),
     ("01", "02", "07", "11"),
-)  # the others take over 5 seconds
+)  # the others take over 5 seconds, need an extra or play by the engine
 EXTRAS = {"10": "pedpy", "11": "pettingzoo"}
 WARNINGS = ("-W", "error", "-W", "default::DeprecationWarning")
 """A library's own use of what another one deprecates is no fault of a tutorial."""

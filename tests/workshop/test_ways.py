@@ -7,13 +7,19 @@ import pytest
 
 pytest.importorskip("numba")
 
+from reference import paper
+from reference.fire import RandomFire
 from reference.navigation import Navigation, navigation_of
+from reference.paper import Scenario
 from reference.rays import sight_of
+from reference.simulation import Simulation
+from reference.workshop import engine
 from reference.workshop.engine.mirrors import compiled
 from reference.workshop.engine.state import NUMBERS
 from reference.workshop.engine.tables import tables_of
 from reference.workshop.engine.ways import nearest_free, next_place, quick_ways
 from reference.workshop.maps import load
+from reference.workshop.strategies.guides import Sweep
 
 MAPS = ("paper", "tower", "tiny", "school", "museum", "maze")
 PRICES: dict[str, tuple[float, ...]] = {
@@ -55,9 +61,9 @@ def test_compiled_ways_are_scipys_to_the_last_bit(nav: Navigation, name: str) ->
     rng = np.random.default_rng(7)
     for count in (1, 1, 1, 2, 5, 30):
         cost = rng.choice(PRICES[name], nav.places) if PRICES[name] else None
-        book, engine = both(nav, some_goals(nav, rng, count), cost)
-        assert np.array_equal(book[0], engine[0])
-        assert np.array_equal(book[1], engine[1])
+        book, mine = both(nav, some_goals(nav, rng, count), cost)
+        assert np.array_equal(book[0], mine[0])
+        assert np.array_equal(book[1], mine[1])
 
 
 def test_prices_of_any_size_change_nothing(nav: Navigation) -> None:
@@ -65,9 +71,9 @@ def test_prices_of_any_size_change_nothing(nav: Navigation) -> None:
     rng = np.random.default_rng(8)
     for most in (1.0, 3.0, 1e3, 1e6):
         cost = rng.uniform(most / 100, most, nav.places)
-        book, engine = both(nav, some_goals(nav, rng, 3), cost)
-        assert np.array_equal(book[0], engine[0])
-        assert np.array_equal(book[1], engine[1])
+        book, mine = both(nav, some_goals(nav, rng, 3), cost)
+        assert np.array_equal(book[0], mine[0])
+        assert np.array_equal(book[1], mine[1])
 
 
 @compiled
@@ -117,6 +123,25 @@ def test_the_nearest_free_place_is_the_books(nav: Navigation) -> None:
         for floor in range(nav.floors):
             mine = _nearest(numbers, cells, floor, x, y)
             assert mine == nav.nearest_free(floor, x, y)
+
+
+@pytest.mark.parametrize("price", [0.5, 7.7, 1e5])
+def test_robots_go_round_flames_whatever_these_cost(
+    monkeypatch: pytest.MonkeyPatch, price: float
+) -> None:
+    """Other numbers in `paper` change ways, and engine and book alike."""
+    monkeypatch.setattr(paper, "BURN_COST", price)
+    monkeypatch.setattr(paper, "HEAT_COST", price / 2)
+    book, other = (
+        Simulation(load("tiny"), Scenario(people=12), Sweep(), RandomFire(), 4)
+        for _ in range(2)
+    )
+    book.run()
+    engine.to_the_end([other])
+    assert book.events == other.events
+    assert [robot.way for robot in book.world.robots] == [
+        robot.way for robot in other.world.robots
+    ]
 
 
 def test_the_book_has_its_own_search_back(nav: Navigation) -> None:

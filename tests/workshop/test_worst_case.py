@@ -136,7 +136,7 @@ def test_errors_shift_points_that_are_observed_and_nothing_else():
     for name in layout.blocks:
         rows = layout.read(off[0, 0], name)
         if name in ("humans", "robots", "fires"):
-            there = layout.read(before, name)[:, 2] >= 0
+            there = layout.read(before[0, 0], name)[:, 2] >= 0
             assert 1 < np.abs(rows[there, :2]).max() <= 2 and not rows[:, 2].any()
             rows = rows[~there]
         assert not rows.any()

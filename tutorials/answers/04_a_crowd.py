@@ -1,4 +1,4 @@
-"""Exercise 4: do more people get out if they start together? It takes 5 seconds.
+"""Exercise 4: do more people get out if they start together? It takes 2 seconds.
 
 No, fewer do, though the room is no farther from the stairwells than the whole floor
 is on average. Single runs lie anywhere between 23 and 38, so eight are few: forty of

@@ -1,4 +1,4 @@
-"""Exercise 6: how many followers should a shepherd wait for? It takes 10 seconds.
+"""Exercise 6: how many followers should a shepherd wait for? It takes 3 seconds.
 
 For one or two. Then these few lines save as many as `sweep`, which saves 151 of these
 160. The third follower costs lives, and the fifth many more. Measured on foot, a few

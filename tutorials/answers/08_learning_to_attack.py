@@ -1,4 +1,4 @@
-"""Exercise 8: a second exit, and an ambush that guards both. It takes 3 seconds.
+"""Exercise 8: a second exit, and an ambush that guards both. It takes 2 seconds.
 
 A second exit helps more than either fire harms. Near exits fires cannot be lit [D7], so
 even an ambush at both of them comes too late for most.

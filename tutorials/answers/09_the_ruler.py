@@ -1,4 +1,4 @@
-"""Exercise 9: calibrate the ruler from other seeds. It takes 35 seconds.
+"""Exercise 9: calibrate the ruler from other seeds. It takes 20 seconds.
 
 E moves by up to 0.06. That of `sweep` where nothing burns moves by 0.04, out of its
 interval: the interval knows of other runs, but not of another ruler. So compare

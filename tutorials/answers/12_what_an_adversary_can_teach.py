@@ -1,4 +1,4 @@
-"""Exercise 12: a guard against `closer`. It takes 20 seconds.
+"""Exercise 12: a guard against `closer`. It takes 6 seconds.
 
 It loses: `closer` looks which cells are free, and lights the next one beside the robot.
 The guard sees that and gives up, but the time that it stood there is lost. This guard

@@ -1,4 +1,4 @@
-"""Exercise 13: a guard who is told the place. It takes 4 seconds.
+"""Exercise 13: a guard who is told the place. It takes 2 seconds.
 
 At the mouth the guard saves everybody. Against a fire at the door it loses hardly
 anybody: one person here, ten of 864 in 72 other evenings. In the tutorial robots that

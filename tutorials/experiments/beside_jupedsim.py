@@ -1,4 +1,4 @@
-"""How many seconds of how many people fit into a processor's second, here and there?
+"""Person-seconds simulated per CPU second, here and in JuPedSim.
 
 It takes three minutes, and needs JuPedSim, which this project does not install:
 
@@ -6,11 +6,12 @@ It takes three minutes, and needs JuPedSim, which this project does not install:
     python tutorials/experiments/beside_jupedsim.py
 
 Both play the first 20 s on the ground floor of the paper's building, its doors to the
-stairs walled up, and in an empty hall of that size with one exit, from the same places
-and at the same walking speeds. JuPedSim's people (CollisionFreeSpeedModelV2) know the
-nearest exit and walk there; ours look for one, think and remember. JuPedSim takes steps
-of 0.01 s, its default, and of 0.05 s; ours has ticks of 0.2 s. Only steps are timed,
-not what comes before. Both take turns.
+stairs walled up, and in an empty hall of that size with one exit, from places and at
+walking speeds drawn alike: JuPedSim's are those of the first of our runs. Its people
+(CollisionFreeSpeedModelV2) know the nearest exit and walk there; ours look for one,
+think and remember. The steps in the table are JuPedSim's, 0.01 s, its default, and
+0.05 s; our ticks are always 0.2 s. Only steps are timed, not what comes before. Both
+take turns.
 """
 
 from collections.abc import Sequence
@@ -34,12 +35,14 @@ PEOPLE = (40, 400)
 STEPS = (0.01, 0.05)  # s, of JuPedSim
 WORLDS = 8  # of ours in a measurement
 ROUNDS = 3
+LONG_WALL = 30  # cells; the first and the last row of more are the outer walls
+EXIT_ROWS = slice(17, 21)  # of the hall: in the middle of its side, four metres
 
 
 def ground_floor() -> Building:
     """Return the main body of the paper's ground floor, as a building of its own."""
     rows = load("paper").drawing.storeys[0].rows
-    walls = [number for number, row in enumerate(rows) if row.count("#") > 30]
+    walls = [number for number, row in enumerate(rows) if row.count("#") > LONG_WALL]
     wall = "#" * len(rows[0])
     return build_floors([wall, *rows[walls[0] + 1 : walls[-1]], wall])
 
@@ -50,7 +53,8 @@ def empty_hall() -> Building:
     wall = "#" * size
     closed = "#" + "." * (size - 2) + "#"
     rows = [closed] * (size - 2)
-    rows[17:21] = [closed[:-1] + "E"] * 4
+    for row in range(size - 2)[EXIT_ROWS]:
+        rows[row] = closed[:-1] + "E"
     return build_floors([wall, *rows, wall])
 
 
@@ -119,6 +123,7 @@ def their_speed(building: Building, people: int, step: float) -> float:
 
 if __name__ == "__main__":
     print(f"JuPedSim {jupedsim.__version__}; person-seconds per CPU second")
+    print(f"our ticks: {Scenario().tick} s, in each row")
     print("| where | people | ours | JuPedSim's step | JuPedSim | times |")
     print("|---|---|---|---|---|---|")
     for where, floor in (("floor", ground_floor()), ("hall", empty_hall())):

@@ -8,6 +8,7 @@ from math import log, sqrt
 import torch
 from torch import Tensor, nn
 
+from reference.game.codec import Sizes
 from reference.learning.networks import (
     BRANCH_GAIN,
     REFUSED,
@@ -65,14 +66,13 @@ class MixtureHead(nn.Module):
     """
 
     def __init__(
-        self, shape: tuple[int, int], spread: float, commitment: float, hidden: int
+        self, K: int, spread: float, commitment: float, hidden: int, sizes: Sizes
     ):
-        """shape: (K, C)."""
         super().__init__()
-        self.shape = shape
+        self.shape = K, sizes.continuous
         self.sigma = spread / UNIT
         self.commitment = commitment
-        self.weights = linear(hidden, shape[0], BRANCH_GAIN / sqrt(hidden))
+        self.weights = linear(hidden, K, BRANCH_GAIN / sqrt(hidden))
 
     def forward(self, x: Tensor, vectors: Tensor) -> Mixture:
         """Mixture from the body's (..., H) and the numbers read (..., V)."""

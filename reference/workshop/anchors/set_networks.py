@@ -15,8 +15,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from reference.game.codec import AXES
+from reference.game.codec import AXES, Sizes
 from reference.learning.networks import BRANCH_GAIN, REFUSED, GridEncoder, linear
+from reference.learning.settings import TrainerSettings
 from reference.workshop.anchors.frame import KEEP, UNIT
 from reference.workshop.anchors.heads import Mixture
 from reference.workshop.anchors.sets import CROP_SHAPE, SetShapes
@@ -65,11 +66,11 @@ class PooledSet(nn.Module):
 class SetEncoder(nn.Module):
     """Encode what a robot reads: its sets, pooled, its counts and its crop."""
 
-    def __init__(self, shapes: SetShapes, hidden: int):
+    def __init__(self, shapes: SetShapes, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
         self.shapes = shapes
         *sets, counts = shapes
-        width = max(LEAST_WIDTH, hidden // 4)
+        width = max(LEAST_WIDTH, settings.hidden_units // 4)
         self.sets = nn.ModuleList(PooledSet(n, width) for _, n in sets)
         self.grid = GridEncoder(CROP_SHAPE, width)
         self.size = 2 * width * len(sets) + counts + width
@@ -90,7 +91,12 @@ class SetHead(nn.Module):
     """
 
     def __init__(
-        self, shapes: SetShapes, spread: float, commitment: float, hidden: int
+        self,
+        shapes: SetShapes,
+        spread: float,
+        commitment: float,
+        hidden: int,
+        sizes: Sizes,
     ):
         super().__init__()
         self.shapes = shapes

@@ -160,7 +160,7 @@ class RobotsFrame(PolicyCodec):
             vector=self.size,
             grid=grid_shape(self.building),
             continuous=AXES,
-            head=partial(MixtureHead, (self.anchors, AXES), s.spread, s.commitment),
+            head=partial(MixtureHead, self.anchors, s.spread, s.commitment),
         )
 
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
@@ -286,7 +286,7 @@ class MixtureOfFire(PolicyCodec):
             grid=grid_shape(self.building),
             continuous=C,
             # no commitment: a fire is headed nowhere
-            head=partial(MixtureHead, (K, C), self.settings.spread, 0.0),
+            head=partial(MixtureHead, K, self.settings.spread, 0.0),
         )
 
     def read(self, moments: Sequence[Moment]) -> np.ndarray:

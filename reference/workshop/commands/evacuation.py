@@ -174,7 +174,7 @@ def _play_episode(
     film: gets all;  folder: gets the first one's trajectories;  crowding: watches it
     """
     matches = [(robots, fire, seed) for robots, fire in pairs]
-    simulations = evaluation.simulations(matches)
+    simulations = list(evaluation.simulations(matches))
     notes = list[Callable[[], None]]()
     with ExitStack() as stack:
         if folder:

@@ -39,8 +39,8 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
     "  python -m reference evacuate --robots out/tiny --fire greedy",
     options.option(
         "--preset",
-        "tiny: seconds, in a small building; laptop: under an hour; paper: Tables I "
-        "and II, work for a cluster; default: laptop",
+        "tiny: seconds, in a small building; laptop: minutes; paper: Tables I "
+        "and II, hours; default: laptop",
         choices=tuple(PRESETS),
     ),
     options.option(

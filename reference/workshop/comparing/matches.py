@@ -7,7 +7,7 @@ its newest when the evaluation begins.
 """
 
 import os
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache
@@ -120,8 +120,8 @@ class Evaluation:
         """Everything there is to play, in order."""
         return list(product(self.robots, self.fires, self.seeds))
 
-    def simulations(self, runs: Iterable[RunKey]) -> list[Simulation]:
-        """Set up runs, before their first tick; copies of the same players play.
+    def simulations(self, runs: Iterable[RunKey]) -> Iterator[Simulation]:
+        """Set up runs one by one, before their first tick; copies of the same players.
 
         Raises as `strategy_named` does, and InputError for a network whose file is
         another one than at the beginning.
@@ -134,8 +134,8 @@ class Evaluation:
                 refuse_changed(self.digests, {word: meaning_of(file)})
             return strategy_named(file, side, self.sample)
 
-        return [
-            set_up_match(
+        for robots, fire, seed in runs:
+            yield set_up_match(
                 self.arena.drawn,
                 self.arena.scenario,
                 robots=deepcopy(player(robots, "robots")),
@@ -143,8 +143,6 @@ class Evaluation:
                 seed=seed,
                 errors=self.errors,
             )
-            for robots, fire, seed in runs
-        ]
 
     def about(self) -> str:
         """Describe the evaluation in a line: where, under what, who, how often."""

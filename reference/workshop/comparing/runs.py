@@ -118,14 +118,14 @@ def play_evaluation(
 def play_runs(job: tuple[Evaluation, tuple[RunKey, ...]]) -> list[RunResult]:
     """Play some runs to their end; measure how hard their fires were."""
     evaluation, runs = job
-    simulations = evaluation.simulations(runs)
-    people = [people_in(simulation.world) for simulation in simulations]
-    to_the_end(simulations)
-    return [_result(*each) for each in zip(runs, simulations, people, strict=True)]
+    each = zip(runs, evaluation.simulations(runs), strict=True)
+    return [_play(run, simulation) for run, simulation in each]
 
 
-def _result(run: RunKey, simulation: Simulation, people: Any) -> RunResult:
-    """Sum up a run that is over; people: those who were there at its beginning."""
+def _play(run: RunKey, simulation: Simulation) -> RunResult:
+    """Play a run to its end, and sum it up."""
+    people = people_in(simulation.world)
+    to_the_end([simulation])
     arrival = arrival_of(simulation)
     h = difficulty(simulation.building, arrival, people, simulation.scenario)
     out = [event.time for event in simulation.events if isinstance(event, Evacuated)]

@@ -6,19 +6,23 @@ plays, with one note on stderr.  Nothing that comes of a run says which.
 
 import sys
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, cached_property
 from multiprocessing import parent_process
 from threading import RLock
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from reference.fire import Spread
+from reference.navigation import Navigation
+from reference.rays import Sight
 from reference.robots import RobotAlgorithm
 from reference.simulation import Simulation
 
 if TYPE_CHECKING:
     from reference.workshop.engine.mirrors import Rules
 
-SLOWER = "the book plays, 5 to 20 times slower"
+SLOWER = "ten times slower or more"
+GET_NUMBA = "To go on fast: pip install -e '.[fast]'"
+WHAT_TO_DO = "To go on fast: pytest tests/workshop/test_engine_mirrors.py"
 ONE_AT_A_TIME = RLock()  # threads share tables
 
 
@@ -50,19 +54,56 @@ def plays(run: Simulation) -> bool:
 
 
 def is_the_books(run: Simulation) -> bool:
-    """Is nothing of this simulation replaced by somebody's own?"""
-    parts = {run: Simulation, run.algorithm: RobotAlgorithm, run.spread: Spread}
-    return all(
-        type(part) is kind and vars(part).keys().isdisjoint(vars(kind))
-        for part, kind in parts.items()
-    )
+    """Is nothing of this simulation replaced by somebody's own?
+
+    No attribute of its objects hides a method of its class.
+    """
+    nav = run.navigation
+    parts = [
+        (run, Simulation),
+        (run.algorithm, RobotAlgorithm),
+        (run.spread, Spread),
+        (nav, Navigation),
+        (run.sight, Sight),
+    ]
+    own = all(type(part) is kind and not _hidden(part) for part, kind in parts)
+    return own and _searches_as_the_book(nav)
+
+
+def _hidden(part: Any) -> list[str]:
+    """Methods that an object hides, but for those that `rays.kept` keeps answers of."""
+    mine = vars(part)
+    books = vars(type(part))
+    if mine.keys().isdisjoint(books):
+        return []
+    return [
+        name
+        for name in mine.keys() & books.keys()
+        if not _answers(mine[name], books[name])
+    ]
+
+
+def _answers(kept: Any, method: Any) -> bool:
+    """Are these the answers of a method that `rays.kept` has put in its place?"""
+    if not isinstance(method, cached_property):
+        return False
+    asked = getattr(getattr(kept, "__wrapped__", None), "func", None)
+    bind: Any = method.func
+    return asked is bind.__closure__[0].cell_contents
+
+
+def _searches_as_the_book(nav: Navigation) -> bool:
+    """Are ways found by the book's search, or by the compiled one in its place?"""
+    if nav._search is vars(nav).get("_engine_search"):
+        return True
+    method = nav._search.__wrapped__ if hasattr(nav._search, "cache_info") else None
+    return getattr(method, "__func__", None) is Navigation._search_floor
 
 
 def _advance(run: Simulation, ticks: int) -> None:
     from reference.workshop.engine.going import advance
 
-    with ONE_AT_A_TIME:
-        advance(run, ticks)
+    advance(run, ticks)
 
 
 def make_ready() -> None:
@@ -82,7 +123,12 @@ def knows_all_rules() -> bool:
         if rules.changed:
             return False
         _make_ready()
-    return True
+        from reference.workshop.engine.state import odd_number
+
+        odd = odd_number()
+        if odd:
+            _say_once(f"paper.{odd} is odd: the book plays, {SLOWER}.")
+    return not odd
 
 
 @cache
@@ -91,8 +137,12 @@ def _rules() -> "Rules | None":
     try:
         from reference.workshop.engine import going
         from reference.workshop.engine.mirrors import Rules
-    except ImportError as error:
-        _say(f"numba is not there ({error}): {SLOWER}.")
+    except (ImportError, OSError) as error:  # OSError: LLVM cannot be loaded
+        known = isinstance(error, ModuleNotFoundError)
+        _say(
+            f"numba is not there ({error}): the book plays, {SLOWER}."
+            f"{' ' + GET_NUMBA if known else ''}"
+        )
         return None
     rules = Rules()
     _say_what_changed(rules)
@@ -107,10 +157,22 @@ def _make_ready() -> None:
 
 
 def _say_what_changed(rules: "Rules") -> None:
-    names = ", ".join(one.book for one in rules.changed)
+    """Name some of it; whoever installed no sources is told that all has."""
+    from reference.workshop.engine.mirrors import in_words
+
+    names = in_words(rules.changed)
     if names:
-        verb = "have" if "," in names else "has"
-        _say(f"{names} {verb} changed: {SLOWER}.")
+        some = ", ".join(names[:3]) + (", ..." if names[3:] else "")
+        is_not = "are not the rules" if names[1:] else "is not the rule"
+        _say(
+            f"{some} {is_not} that the engine was compiled from: "
+            f"the book plays, by your rule, {SLOWER}. {WHAT_TO_DO}"
+        )
+
+
+@cache
+def _say_once(text: str) -> None:
+    _say(text)
 
 
 def _say(text: str) -> None:

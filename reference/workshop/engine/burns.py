@@ -1,13 +1,15 @@
-"""How flames spread, what they and time cost: mirrors `fire` and part of `simulation`.
+"""How flames spread and burn doors, and what health is lost.
 
-N  the numbers;  S  the state;  clock  the time, and what burns;  p, q  places
+Mirrors `fire` and part of `simulation`.
+
+N  the numbers;  clock  the time, and what burns;  p, q  places
 """
 
 from math import inf
 
 from reference.building import Kind
 from reference.workshop.engine.mirrors import mirrors
-from reference.workshop.engine.sees import INSIDE
+from reference.workshop.engine.sees import FATE_INSIDE
 
 DOOR = int(Kind.DOOR)
 
@@ -39,7 +41,7 @@ def advance_flames(N, clock, cells, arrival, burning, ash, harm, cost):
     clock.flames_moved = 1
 
 
-@mirrors("fire.cells_beside 60bd01")
+@mirrors("fire.cells_beside 60bd01", "navigation.shifted 2a5f11")
 def is_beside(N, cells, burning, p):
     """Is this a walkable cell that shares a side with one that burns?"""
     if not cells[p].walkable:
@@ -70,7 +72,7 @@ def lose_health(N, clock, bodies, harm):
     """Lower everybody's health, and more in and beside flames [B7]."""
     for i in range(N.people):
         body = bodies[i]
-        if body.fate == INSIDE:
+        if body.fate == FATE_INSIDE:
             body.health -= N.health_rate
             if clock.sources and body.stairwell < 0:
                 body.health -= harm[body.place] * N.tick

@@ -1,7 +1,9 @@
 """Between the book and compiled ticks: who plays what, and in which order."""
 
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from threading import RLock
 
 import numpy as np
 
@@ -10,9 +12,12 @@ from reference.paper import Scenario
 from reference.robots import Destinations, actual_target, said_on_the_way
 from reference.simulation import Simulation
 from reference.workshop.engine import storing, ticks
-from reference.workshop.engine.state import EVENT, PAIR, Kept
+from reference.workshop.engine.keeping import kept_with
+from reference.workshop.engine.mirrors import written_from
+from reference.workshop.engine.state import EVENT, PAIR, RunArrays
 from reference.workshop.engine.ways import quick_ways
 
+ONE_AT_A_TIME = RLock()  # threads share tables
 HUT = """building: Hut
 size: 4 x 3
 floor 1: ground
@@ -24,54 +29,73 @@ floor 1: ground
 def make_ready(say: Callable[[str], None]) -> None:
     """Compile what a tick needs, or load it from the disk."""
 
+    run = Simulation(building_of(HUT), Scenario(people=0))
+    arrays_of(run).take()  # what fails here is no fault of what is kept on disk
+
     def first_call() -> None:
-        run = Simulation(building_of(HUT), Scenario(people=0))
         advance(run, 0)
         with quick_ways(run.navigation):
+            # a second call would else be answered without a search
             run.navigation._search.cache_clear()
             run.navigation.distances(run.navigation.goals[0])
 
     storing.make_ready(first_call, say)
 
 
-def kept(run: Simulation) -> Kept:
+def arrays_of(run: Simulation) -> RunArrays:
     """The arrays of a simulation, begun once."""
-    mine: Kept = vars(run).get("_engine") or Kept(run)
-    vars(run)["_engine"] = mine
-    return mine
+    return kept_with(run, "arrays", partial(RunArrays, run), lambda it: it.fits(run))
 
 
-def instruct(run: Simulation, mine: Kept, destinations: Destinations) -> None:
+@written_from("robots.RobotAlgorithm.act 4dd1f5")
+def instruct(run: Simulation, mine: RunArrays, destinations: Destinations) -> None:
     """Tell robots where to go, as lines 4 and 5 of Algorithm 3 say."""
     occupancy = run.world.occupancy
     each = zip(run.world.robots, destinations, strict=True)
     for k, (robot, decision) in enumerate(each):
-        if decision is None or not any(occupancy[robot.floor :]):
+        active = any(occupancy[robot.floor :])  # Alg. 3:1
+        if not active or decision is None:  # Alg. 3:3
             continue
         target = actual_target(run.building, robot.floor, *decision)
-        robot.destination = np.array(target)
+        robot.destination = np.array(target)  # Alg. 3:4
         record = mine.state.robots[k]
-        record["says"] = said_on_the_way(run.building, robot.floor, target)
+        says = said_on_the_way(run.building, robot.floor, target)
+        record["says"] = says  # Alg. 3:5
         record["to_x"], record["to_y"] = target
         record["decided"] = True
 
 
+@contextmanager
+def others_may_play() -> Iterator[None]:
+    """Let other threads play meanwhile: a strategy may wait for them."""
+    ONE_AT_A_TIME.release()
+    try:
+        yield
+    finally:
+        ONE_AT_A_TIME.acquire()
+
+
 def advance(run: Simulation, count: int) -> None:
     """Run so many ticks, or to the end."""
-    mine = kept(run)
+    with ONE_AT_A_TIME:
+        _advance(run, count)
+
+
+def _advance(run: Simulation, count: int) -> None:
+    mine = arrays_of(run)
     mine.take()
     clock = mine.state.clock
-    clock["left"] = min(count, sys.maxsize)
+    clock["left"] = count
     clock["phase"] = ticks.SENSE
     rng = run.rng["bodies"]
     while True:
-        why = ticks.play(mine.arrays, mine.state, rng)
+        why = ticks.play(mine.tables.arrays, mine.state, rng)
         if why == ticks.ROW:
             place, holes, *marks = mine.state.wanted.tolist()
             mine.tables.add_row(place, frozenset(marks[:holes]))
         elif why == ticks.STRATEGIES:
             mine.give()
-            with quick_ways(run.navigation):
+            with others_may_play(), quick_ways(run.navigation):
                 destinations = run.strategies_decide()
             mine.take()
             instruct(run, mine, destinations)

@@ -1,6 +1,8 @@
 """Robots on their way: mirrors `robots`; where they go is decided by the book.
 
-N  the numbers;  robot  a record ROBOT;  way  places, from `at` to `end`
+N  the numbers;  T  the tables;  S  the state;  W  what ways are found with
+robot  a record ROBOT;  way  places, from `at` to `end`
+np.int64(x)  a variable, and what a function returns, have one type in all branches
 """
 
 from math import inf, sqrt
@@ -8,23 +10,29 @@ from math import inf, sqrt
 import numpy as np
 
 from reference.workshop.engine.mirrors import mirrors
-from reference.workshop.engine.sees import INSIDE
+from reference.workshop.engine.sees import FATE_INSIDE
+from reference.workshop.engine.state import ROOM_IN_FRONT
 from reference.workshop.engine.walks import place_around
-from reference.workshop.engine.ways import nearest_free, next_place, reaches, search_to
+from reference.workshop.engine.ways import (
+    nearest_free,
+    next_place,
+    reaches,
+    search_to,
+)
 
 
 @mirrors("world.World.anybody_at_or_above bbe873", "world.World.occupancy 28a901")
 def anybody_at_or_above(N, bodies, floor):
     """Is anybody inside on a floor, or above? [C8]"""
     for i in range(N.people):
-        if bodies[i].fate == INSIDE and bodies[i].floor >= floor:
+        if bodies[i].fate == FATE_INSIDE and bodies[i].floor >= floor:
             return True
     return False
 
 
 @mirrors("robots.RobotAlgorithm.act 4dd1f5")
 def act(N, T, S, clock, k):
-    """One pass of Algorithm 3; what it is told on its way, it has been told."""
+    """One pass of Algorithm 3; lines 4 and 5 are done in `going.instruct`."""
     robot = S.robots[k]
     robot.active = anybody_at_or_above(N, S.bodies, robot.floor)  # Alg. 3:1
     if robot.active:
@@ -35,8 +43,12 @@ def act(N, T, S, clock, k):
     robot.decided = 0
 
 
-@mirrors("robots.flame_cost 58862a", "navigation.Navigation.way 28245e",
-         "navigation.Navigation.corners 8d95f4")  # fmt: skip
+@mirrors(
+    "robots.flame_cost 58862a",
+    "navigation.Navigation.way 28245e",
+    "navigation.Navigation.shortest 47c82d",
+    "navigation.Navigation.corners 8d95f4",
+)
 def plan(N, T, S, clock, robot, way):
     """Find the way to where a robot has decided to go: places, from `at` to `end`."""
     W = T.ways
@@ -47,13 +59,13 @@ def plan(N, T, S, clock, robot, way):
         for p in range(start, start + N.floor_size):
             costly = costly or S.burning[p]
     at = robot.place
-    robot.at = 4  # room for a place before them
-    robot.end = 4
+    robot.at = ROOM_IN_FRONT
+    robot.end = ROOM_IN_FRONT
     if costly:
-        search_to(N, W, S.cost, goal, at)
+        search_to(N, W, S.cost[start : start + N.floor_size], goal, at - start)
         if W.d[at - start] == inf:
             return
-        while at != goal:
+        while at != goal and W.after[at - start] != at - start:
             at = start + np.int64(W.after[at - start])
             way[robot.end] = at
             robot.end += 1

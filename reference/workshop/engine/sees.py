@@ -1,7 +1,8 @@
 """What one human sees now: mirrors `view`, and what it asks of `rays` and `navigation`.
 
-N  the numbers, one record;  T  the tables;  S  the state
+N  the numbers, one record;  r  a row of the tables, one record
 v  the view of who thinks, one record;  p, q  places
+np.int64(x)  a variable, and what a function returns, have one type in all branches
 """
 
 from math import sqrt
@@ -15,10 +16,10 @@ from reference.workshop.engine.state import NOT_TOLD
 from reference.workshop.engine.tables import IN_LINE, OVERLOOKED, SEEN
 from reference.world import FLOOR_APART, Aim, Fate
 
-INSIDE = int(Fate.INSIDE)
+FATE_INSIDE = int(Fate.INSIDE)
 EXIT = int(Kind.EXIT)
 ENTRANCE = int(Kind.ENTRANCE)
-LANDMARK = int(Aim.LANDMARK)
+AIM_LANDMARK = int(Aim.LANDMARK)
 
 
 class Observe(NamedTuple):
@@ -125,7 +126,12 @@ def burns_towards(N, observe, place):
     return observe.now[0].alight and burns_on_way(N, observe, place, False)
 
 
-@mirrors("view.View.passable 8ba12b", "rays.Sight.line 05e29a")
+@mirrors(
+    "view.View.passable 8ba12b",
+    "rays.Sight.line 05e29a",
+    "rays.Sight._stops ef0f08",
+    "rays.Sight._metres e5df4a",
+)
 def passable(N, observe, hit):
     """Is there no flame in sight on the straight way to a landmark in view?"""
     if not observe.now[0].alight:
@@ -174,46 +180,8 @@ def is_burnt(observe, mark):
     return False
 
 
-@mirrors(
-    "view.View.leaders_to ec7e62",
-    "view.View.followers_of b1901e",
-    "humans.suitable_leader 580196",
-)
-def suitable_leader(N, me, observe, wanted):
-    """The human in view worth following, or -1."""
-    v = observe.now[0]
-    if v.time < me.pause_until:
-        return -1
-    tried = np.inf  # the highest rank first
-    last = -1  # of equals the lowest number first
-    while True:
-        best = -1
-        rank = -1.0
-        for k in range(v.seen):
-            j = observe.seen[k].j
-            if j >= N.people:
-                break
-            them = observe.seen[k]
-            if them.landmark != wanted or them.leader >= 0 or not them.rank > v.rank:
-                continue
-            later = them.rank < tried or (them.rank == tried and j > last)
-            if later and (best < 0 or them.rank > rank):
-                best = j
-                rank = them.rank
-        if best < 0:
-            return -1
-        followers = 0
-        for k in range(v.seen):
-            one = observe.seen[k]
-            followers += one.j < N.people and one.leader == best
-        if followers < N.MOST_FOLLOWERS:
-            return best
-        tried = rank
-        last = best
-
-
 @mirrors("view.see 9ca2af")
-def row_of(rows, cells, hits, lists, burnt, wanted, p):
+def find_row(rows, cells, hits, lists, burnt, wanted, p):
     """The row of what is seen from p; -1: it is wanted first."""
     row = np.int64(cells[p].row)
     holes = 0
@@ -276,7 +244,7 @@ def look(
     v.looked = r.looked
     v.looked_end = r.looked_end
 
-    # people, found cell by cell of the grid, and sorted by their numbers
+    # people, in any order, and then robots
     count = 0
     spot = spots[i]
     across, down = grid_position(grid, spot.cell)
@@ -289,24 +257,17 @@ def look(
                 if abs(x) < N.reach and abs(y) < N.reach and j != i:
                     k = in_square(N, cells, p, bodies[j].place)
                     if k >= 0 and observe.square[row, k] & IN_LINE:
-                        at = count
-                        while at and observe.seen[at - 1].j > j:
-                            observe.seen[at].j = observe.seen[at - 1].j
-                            at -= 1
-                        observe.seen[at].j = j
+                        them = bodies[j]
+                        one = observe.seen[count]
+                        one.j = j
+                        one.place = them.place
+                        one.metres = sqrt(x * x + y * y)
+                        one.told = NOT_TOLD
+                        one.rank = them.rank
+                        one.leader = them.leader
+                        one.landmark = them.landmark
                         count += 1
                 j = spots[j].later
-    for k in range(count):
-        one = observe.seen[k]
-        them = bodies[one.j]
-        x = spots[one.j].x - spot.x
-        y = spots[one.j].y - spot.y
-        one.place = them.place
-        one.metres = sqrt(x * x + y * y)
-        one.told = NOT_TOLD
-        one.rank = them.rank
-        one.leader = them.leader
-        one.landmark = them.landmark
 
     v.robot = -1
     nearest = np.inf
@@ -332,12 +293,12 @@ def look(
 
 
 @mirrors("view.View.towards e1bbd9")
-def face(me, p, cells, marks):
+def turn_towards_goal(me, p, cells, marks):
     """Turn from p to the goal, in sight or remembered, unless one is there."""
     here = cells[p]
     to_x = here.x
     to_y = here.y
-    if me.aim == LANDMARK:
+    if me.aim == AIM_LANDMARK:
         mark = marks[me.which]
         to_x = mark.x
         to_y = mark.y

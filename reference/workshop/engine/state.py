@@ -9,7 +9,10 @@ copied back when somebody asks for them.
 from collections import UserList
 from collections.abc import Sequence
 from copy import deepcopy
+from dataclasses import fields
+from math import isfinite
 from operator import itemgetter
+from sys import getrefcount
 from typing import Any, NamedTuple, cast
 from weakref import ref
 
@@ -18,7 +21,7 @@ import numpy as np
 from reference import paper
 from reference.fire import NoFire
 from reference.simulation import Simulation
-from reference.workshop.engine.tables import Arrays, Tables, record, tables_of
+from reference.workshop.engine.tables import Tables, record_kind, tables_of
 from reference.world import (
     NOWHERE,
     Aim,
@@ -35,55 +38,59 @@ from reference.world import (
 
 BEEN = 64  # places that one remembers for which there is room at first
 TRAIL = 16  # doors of a way back for which there is room at first
+ROOM_IN_FRONT = 4  # of a way: a robot that would cut a corner puts a place there
 NOT_TOLD = -2
 LEFT_FLOOR, EVACUATED, DIED, DOOR_BURNT = range(4)
 
 # what others see of a body comes first: a body is three lines of the processor's cache
-BODY = record(
+BODY = record_kind(
     x="f8", y="f8", place="i8", floor="i8", rank="f8", leader="i8", landmark="i8",
     fate="i1", mode="i1", stairwell="i8", health="f8", pace="f8", anchor_time="f8",
     stairs_until="f8", reckless_until="f8", anchor_x="f8", anchor_y="f8", goal_x="f8",
     goal_y="f8", target_x="f8", target_y="f8",
 )  # fmt: skip
+COLUMNS = tuple(part.name for part in fields(Bodies))
 POINTS = {"position": "x", "target": "target_x", "goal": "goal_x", "anchor": "anchor_x"}
-MIND = record(
+MIND = record_kind(
     mode="i8", leader="i8", seen_at="f8", seen_place="i8", told="i8", pause_until="f8",
     waits_until="f8", aim="i8", which="i8", place="i8", facing_x="f8", facing_y="f8",
     been="i8", trail="i8",
 )  # fmt: skip
-ROBOT = record(
+ROBOT = record_kind(
     x="f8", y="f8", place="i8", body="i8", floor="i8", says="i8", at="i8", end="i8",
     active="i8", to_x="f8", to_y="f8", decided="i8",
 )  # fmt: skip
-CLOCK = record(
+CLOCK = record_kind(
     time="f8", person_seconds="f8", flames_change="f8", ticks="i8", left="i8",
     phase="i8", events="i8", thinking="i8", walked="i8", alight="i8", sources="i8",
     touched="i8", fire="i8", flames_moved="i8",
 )  # fmt: skip
-EVENT = record(time="f8", health="f8", kind="i8", person="i8", floor="i8", mark="i8")
-VIEW = record(
+EVENT = record_kind(
+    time="f8", health="f8", kind="i8", person="i8", floor="i8", mark="i8"
+)
+VIEW = record_kind(
     time="f8", rank="f8", halted_since="f8", row="i8", place="i8", patch="i8",
     room="i8", here="i8", here_burnt="i8", seen="i8", robot="i8", alight="i8",
     hits="i8", hits_end="i8", opens="i8", opens_end="i8", holes="i8", holes_end="i8",
     looked="i8", looked_end="i8",
 )  # fmt: skip
-SPOT = record(x="f8", y="f8", cell="i8", later="i8")
-GRID = record(wide="f8", across="i8", down="i8")
-SIGHTED = record(
+SPOT = record_kind(x="f8", y="f8", cell="i8", later="i8")
+GRID = record_kind(wide="f8", across="i8", down="i8")
+SIGHTED = record_kind(
     metres="f8", rank="f8", j="i8", place="i8", told="i8", leader="i8", landmark="i8"
 )
-WALKER = record(
+WALKER = record_kind(
     i="i8", floor="i8", inside="i8", fearless="i8", x="f8", y="f8", pace="f8",
     to_x="f8", to_y="f8", e_x="f8", e_y="f8", far="f8", v="f8", turned_x="f8",
     turned_y="f8", sum_x="f8", sum_y="f8", walked_x="f8", walked_y="f8", moved_x="f8",
     moved_y="f8", tried_x="f8", tried_y="f8", on_x="f8", on_y="f8", right="f8",
     standing="i8", held="i8", meets="i8", back="i8", cell="i8", later="i8",
 )  # fmt: skip
-PAIR = record(
+PAIR = record_kind(
     i="i8", j="i8", to_x="f8", to_y="f8", apart="f8", room="f8", facing="i8",
     i_yields="i8", push_i="f8", push_j="f8",
 )  # fmt: skip
-TOUCH = record(i="i8", before="i8")
+TOUCH = record_kind(i="i8", before="i8")
 
 # numbers of `paper`, and others that may change from call to call
 OF_PAPER = (
@@ -144,8 +151,24 @@ WHOLE = {
     "flame_ticks", "most_sources", "fire_first", "fire_every", *SIZES, *MEMORY,
 }  # fmt: skip
 NAMES = (*OF_PAPER, *OF_RUN, *SIZES, *MEMORY)
-NUMBERS = record(**{name: "i8" if name in WHOLE else "f8" for name in NAMES})
+NUMBERS = record_kind(**{name: "i8" if name in WHOLE else "f8" for name in NAMES})
 from_paper = itemgetter(*OF_PAPER)
+MADE_FROM = ("STAIRS_SPEED", "FIRE_EVERY_DECISIONS")  # numbers of runs, further on
+DIVIDE = ("DOOR_FLOW", "STAIRS_FLOW", "STAIRS_SPEED", "BURN_COST", "HEAT_COST")
+"""Where 0 is an error in the book, or a way that costs nothing."""
+
+
+def odd_number() -> str:
+    """Name a number of `paper` that compiled code would take otherwise, or ""."""
+    for name in (*OF_PAPER, *MADE_FROM):
+        value: Any = getattr(paper, name, None)
+        counts = name in WHOLE or name == "FIRE_EVERY_DECISIONS"
+        usual = type(value) is int or (type(value) is float and not counts)
+        if not usual or not isfinite(value):
+            return name
+        if (name in DIVIDE and value <= 0) or (counts and value < 1):
+            return name
+    return ""
 
 
 class State(NamedTuple):
@@ -187,28 +210,61 @@ class State(NamedTuple):
 
 OWN = State._fields[: State._fields.index("numbers")]
 
-FRESH = Mind()
+
+def references(things: list[Any]) -> list[int]:
+    """How often each of these is held, by this list and by others.
+
+    Somebody who took `bodies.position`, or a mind, before the engine began holds an
+    array, or a mind, that the book would go on changing. Python's count of references
+    tells whether there is somebody; then `give` writes into what they hold.
+    """
+    return [getrefcount(thing) for thing in things]
+
+
+ONCE = references([object()])[0]  # held by a list alone
 
 
 class Minds(UserList[Mind]):
     """A world's minds while the engine plays: copied back when somebody asks."""
 
-    def __init__(self, kept: "Kept"):
+    def __init__(self, arrays: "RunArrays"):
         """Make the list; the minds stay with the engine."""
-        self.kept = kept
+        self.arrays = arrays
+        self.last: list[Mind] | None = None  # when the engine took others instead
+        arrays.lent = ref(self)
 
-    @property  # type: ignore[override]
-    def data(self) -> list[Mind]:
-        """The minds as they are now; who has asked once may hold some for ever."""
-        self.kept.asked_for_minds = True
-        return self.kept.minds_given()
+    @property
+    def data(self) -> list[Mind]:  # type: ignore[override]
+        """The minds as they are now; from now on, they are copied after every call."""
+        if self.last is not None:
+            return self.last
+        self.arrays.asked_for_minds = True
+        return self.arrays.minds_given()
+
+    def __getitem__(self, i: Any) -> Any:
+        """As of a list; a slice of minds is one."""
+        return self.data[i]
+
+    def __add__(self, other: Any) -> Any:
+        """As of a list."""
+        return self.data + list(other)
+
+    def __radd__(self, other: Any) -> Any:
+        """As of a list."""
+        return list(other) + self.data
+
+    def copy(self) -> Any:
+        """As of a list."""
+        return self.data.copy()
+
+    __copy__ = copy
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Any:
         """Copy the arrays, not the objects."""
-        if not self.kept.has_minds:
+        if self.last is not None or not self.arrays.has_minds:
             return deepcopy(self.data, memo)
-        twin = self.kept.copied(memo.get(id(self.kept.run)))
-        memo[id(self.kept)] = twin
+        twin = self.arrays.copied(memo.get(id(self.arrays.run)))
+        memo[id(self.arrays)] = twin
         return Minds(twin)
 
     def __reduce_ex__(self, protocol: Any) -> Any:
@@ -216,7 +272,7 @@ class Minds(UserList[Mind]):
         return list, (list(self.data),)
 
 
-class Kept:
+class RunArrays:
     """One simulation's arrays, from one call to the next."""
 
     def __init__(self, run: Simulation):
@@ -225,8 +281,10 @@ class Kept:
         self.tables: Tables = tables_of(run.sight)
         self.has_minds = False  # are they newer here than the book's?
         self.asked_for_minds = False  # by anybody, who may hold some
+        self.lent: ref[Minds] | None = None  # what stands in their place in the world
         self._minds: list[Mind] = []
         self._bodies: dict[str, np.ndarray] = {}
+        self._held: dict[str, np.ndarray] = {}  # columns that somebody has from before
         self._flames: dict[str, np.ndarray] = {}
         self._settings: tuple[float, ...] = ()
 
@@ -242,7 +300,9 @@ class Kept:
             minds=np.zeros(n, MIND),
             memory=np.zeros((n, 0), np.int32),
             robots=np.zeros(robots, ROBOT),
-            ways=np.zeros((robots, run.navigation.floor_size + 8), np.int32),
+            ways=np.zeros(
+                (robots, run.navigation.floor_size + 2 * ROOM_IN_FRONT), np.int32
+            ),
             due=np.zeros(n, bool),
             turn=np.zeros(n, np.int64),
             full_until=np.zeros(marks + 1),
@@ -274,28 +334,31 @@ class Kept:
         """The simulation that these arrays are of."""
         return cast(Simulation, self._run())
 
-    @property
-    def arrays(self) -> Arrays:
-        """The tables, as long as they are now."""
-        return self.tables.arrays
+    def fits(self, run: Simulation) -> bool:
+        """Are these the arrays of this run, and of as many people and robots?"""
+        people = len(run.world.bodies) == len(self.state.bodies)
+        robots = len(run.world.robots) == len(self.state.robots)
+        return self.run is run and people and robots
 
     def __reduce_ex__(self, protocol: Any) -> Any:
-        """What is unpickled begins arrays of its own."""
+        """Unpickle as None, which `kept_with` takes for not begun."""
         return type(None), ()
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> "Kept | None":
+    def __deepcopy__(self, memo: dict[int, Any]) -> "RunArrays | None":
         """What was copied with the minds; else a copy begins arrays of its own."""
         return memo.get(id(self))
 
-    def copied(self, run: Simulation | None) -> "Kept":
-        """A copy for a copy of the simulation (incomplete yet), or of its world alone."""
-        twin = Kept.__new__(Kept)
+    def copied(self, run: Simulation | None) -> "RunArrays":
+        """A copy, for a copy of the simulation (not complete yet) or of its world."""
+        twin = RunArrays.__new__(RunArrays)
         vars(twin).update(vars(self))
         if run is not None:
             twin._run = ref(run)
         twin._minds = []
+        twin.lent = None
         twin.asked_for_minds = False
         twin._bodies = {}
+        twin._held = {}
         twin._flames = {}
         own = {name: getattr(self.state, name).copy() for name in OWN}
         twin.state = self.state._replace(**own)
@@ -376,7 +439,10 @@ class Kept:
         self._take_tables()
         self._read_numbers()
         self._take_bodies(world.bodies)
-        mine = isinstance(world.minds, Minds) and world.minds.kept is self
+        lent = self.lent and self.lent()
+        mine = world.minds is lent
+        if not mine and lent:
+            lent.last = self.minds_given()  # no longer those of this world
         if not (mine and self.has_minds):
             self._take_minds(world.minds)
             self.has_minds = True
@@ -403,8 +469,16 @@ class Kept:
 
     def _take_bodies(self, bodies: Bodies) -> None:
         """Make the book's arrays columns of the records."""
+        theirs = {name: vars(bodies)[name] for name in COLUMNS}
+        others = [n for n, mine in self._bodies.items() if theirs[n] is not mine]
+        if others:  # whoever has the old ones keeps them as they are
+            self.state = self.state._replace(bodies=self.state.bodies.copy())
+            self._bodies = {}
+            for name in others:
+                self._held.pop(name, None)
         all_mine = self.state.bodies
-        for name, now in vars(bodies).items():
+        holders = references(list(theirs.values()))
+        for (name, now), count in zip(theirs.items(), holders, strict=True):
             if now is self._bodies.get(name):
                 continue
             column = all_mine[POINTS.get(name, name)]
@@ -413,31 +487,37 @@ class Kept:
                 shape = (len(all_mine), 2)
                 column = np.lib.stride_tricks.as_strided(column, shape, strides)
             column[:] = now
+            if count > ONCE + 2:  # by more than `bodies`, `theirs` and their list
+                self._held[name] = now
             self._bodies[name] = column
             setattr(bodies, name, column)
 
     def _take_minds(self, minds: Sequence[Mind]) -> None:
-        """Write minds into the records; most are as they were made at the start."""
-        if isinstance(minds, Minds) and self._take_copied(minds.kept):
+        """Write minds into the records; at the start they remember nothing."""
+        there = isinstance(minds, Minds) and minds.last is None
+        if there and self._take_copied(cast(Minds, minds).arrays):
             return
         self._minds = minds.data if isinstance(minds, Minds) else cast(list, minds)
-        others = [i for i, mind in enumerate(self._minds) if mind != FRESH]
-        been = max((len(minds[i].been) for i in others), default=0)
-        trail = max((len(minds[i].trail) for i in others), default=0)
+        if max(references(self._minds), default=0) > ONCE:  # not by their list alone
+            self.asked_for_minds = True
+        been = max((len(mind.been) for mind in self._minds), default=0)
+        trail = max((len(mind.trail) for mind in self._minds), default=0)
         while been + 1 > self._memory[4] or trail + 1 > self._memory[5]:
             self.make_room()
         state = self.state
         seen_from, patches, *_ = self._memory
-        state.minds[:] = np.array(_record_of(FRESH), MIND)
+        records = [_record_of(mind) for mind in self._minds]
+        state.minds[:] = np.array(records, MIND)
         state.memory[:] = 0
         state.memory[:, seen_from:patches] = NOWHERE
-        for i in others:
-            state.minds[i] = _record_of(self._minds[i])
-            self._take_memory(state.memory[i], self._minds[i])
+        for i, mind in enumerate(self._minds):
+            if mind.been or mind.doors or mind.seen_from or mind.patches or mind.trail:
+                self._take_memory(state.memory[i], mind)
 
-    def _take_copied(self, other: "Kept") -> bool:
+    def _take_copied(self, other: "RunArrays") -> bool:
         """Take minds over from other arrays, if they are there and laid out alike."""
         alike = other.tables is self.tables and other._memory == self._memory
+        alike = alike and len(other.state.minds) == len(self.state.minds)
         if not (alike and other.has_minds):
             return False
         self.state.minds[:] = other.state.minds
@@ -450,6 +530,7 @@ class Kept:
         row[list(mind.doors)] = 1
         for mark, room in mind.seen_from.items():
             row[seen_from + mark] = room
+        # the first column of patches is NOWHERE, which may be among them
         row[np.array(list(mind.patches), int) + (patches + 1)] = 1
         row[been : been + len(mind.been)] = list(mind.been)
         row[trail : trail + 2 * len(mind.trail)] = np.ravel(mind.trail)
@@ -457,13 +538,13 @@ class Kept:
 
     def _take_robots(self) -> None:
         for k, robot in enumerate(self.run.world.robots):
-            end = 4 + len(robot.way)
+            end = ROOM_IN_FRONT + len(robot.way)
             x, y = robot.position.tolist()
             self.state.robots[k] = (
-                x, y, robot.place, robot.body, robot.floor, robot.says, 4, end,
-                robot.active, x, y, False,
+                x, y, robot.place, robot.body, robot.floor, robot.says,
+                ROOM_IN_FRONT, end, robot.active, x, y, False,
             )  # fmt: skip
-            self.state.ways[k, 4:end] = robot.way
+            self.state.ways[k, ROOM_IN_FRONT:end] = robot.way
 
     def _take_arrays(self) -> None:
         """Share who is due, and which doors are full."""
@@ -520,6 +601,8 @@ class Kept:
             robot.says = says
             robot.active = bool(active)
             robot.way = self.state.ways[k, at:end].tolist()
+        for name, array in self._held.items():
+            array[:] = self._bodies[name]
         if self.asked_for_minds:
             self.minds_given()
 
@@ -527,9 +610,9 @@ class Kept:
         """Give the book what burns now, in new arrays: old ones may be kept."""
         flames = self.run.world.flames
         for name in ("burning", "ash", "harm", "cost"):
-            self._flames[name] = getattr(self.state, name).reshape(flames.arrival.shape)
-            self._flames[name] = self._flames[name].copy()
-            setattr(flames, name, self._flames[name])
+            now = getattr(self.state, name).reshape(flames.arrival.shape).copy()
+            self._flames[name] = now
+            setattr(flames, name, now)
         flames.alight = frozenset(np.flatnonzero(self.state.burning).tolist())
         self.run._flames_change = float(self.state.clock["flames_change"][0])
         self.state.clock["flames_moved"] = 0

@@ -38,9 +38,10 @@ def make_ready(first_call: Callable[[], None], say: Callable[[str], None]) -> No
     folder = _folder()
     there = _is_writable(folder)
     kept = f"once; kept in {folder}" if there else f"as {folder} cannot be written"
-    listener = _Once(f"compiling the engine, half a minute, {kept}", say)
+    listener = _Once(f"compiling the engine, half a minute or more, {kept}", say)
     waiting = _alone_in(folder) if there else nullcontext()
     with waiting, event.install_listener("numba:compile", listener):
+        # damaged files are removed; if that does not help, nothing is kept
         for where in (folder, folder, None) if there else (None,):
             _keep_entries_in(where)
             try:
@@ -135,13 +136,13 @@ class _Once(event.Listener):
         self.say = say
         self.told = False
 
-    def on_start(self, event: Any) -> None:
+    def on_start(self, begun: Any) -> None:
         """Say so, the first time."""
         if not self.told:
             self.told = True
             self.say(self.text)
 
-    def on_end(self, event: Any) -> None:
+    def on_end(self, ended: Any) -> None:
         """Say nothing."""
 
 

@@ -1,4 +1,4 @@
-"""What never moves, from the book's own `Navigation` and `Sight`: no geometry of its own.
+"""What never moves, from the book's `Navigation` and `Sight`: no geometry of its own.
 
 What is seen from a place depends on the holes in view [A6]: each (place, holes) that
 somebody stood in has a row, made by the book's `Sight` when it is first asked for.
@@ -7,6 +7,8 @@ somebody stood in has a row, made by the book's `Sight` when it is first asked f
 """
 
 from collections.abc import Iterable
+from copy import copy
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +16,7 @@ import numpy as np
 from reference.building import Kind
 from reference.navigation import Navigation, navigation_of
 from reference.rays import Sight
+from reference.workshop.engine.keeping import kept_with
 from reference.workshop.engine.ways import Ways, ways_of
 
 IN_LINE = 1  # bits of `square`
@@ -22,26 +25,31 @@ GROUND = 4
 OVERLOOKED = 8
 
 
-def record(**kinds: str) -> np.dtype:
-    """A kind of records, in one place: an equal one made elsewhere costs 40 us a call."""
+def record_kind(**kinds: str) -> np.dtype:
+    """Make a kind of records, once: numba is slow with an equal one.
+
+    See `findings/numba_equal_record_dtypes_are_not_equally_fast.sh`.
+    """
     return np.dtype(list(kinds.items()), align=True)
 
 
-CELL = record(
+CELL = record_kind(
     x="f8", y="f8", to_landmarks="f8", down="i4", right="i4", mark="i4", area="i4",
     patch="i4", row="i4", walkable="u1",
 )  # fmt: skip
-MARK = record(
+MARK = record_kind(
     x="f8", y="f8", width="f8", floor="i4", kind="i4", stairwell="i4", leads_out="i4"
 )
-WELL = record(lowest="i4", cells="i4", cells_end="i4", landings="i4", landings_end="i4")
-ROW = record(
+WELL = record_kind(
+    lowest="i4", cells="i4", cells_end="i4", landings="i4", landings_end="i4"
+)
+ROW = record_kind(
     place="i4", next="i4", holes="i4", holes_end="i4", hits="i4", hits_end="i4",
     opens="i4", opens_end="i4", looked="i4", looked_end="i4",
 )  # fmt: skip
-HIT = record(distance="f8", mark="i4", kind="i4", end="i4", of_room="i4")
-OPEN = record(x="f8", y="f8", patch="i4", place="i4")
-LANDING = record(place="i4", mark="i4", beyond="i4")
+HIT = record_kind(distance="f8", mark="i4", kind="i4", end="i4", of_room="i4")
+OPEN = record_kind(x="f8", y="f8", patch="i4", place="i4")
+LANDING = record_kind(place="i4", mark="i4", beyond="i4")
 
 
 class Arrays(NamedTuple):
@@ -69,7 +77,8 @@ class Tables:
         """Build what does not depend on who stands where."""
         nav = navigation_of(sight.building)
         building = sight.building
-        self.sight = sight
+        self.sight = copy(sight)  # with caches of its own, which are emptied
+        self._forget()
         self.navigation = nav
         self.half = int(sight.reach) + 1
         self.side = 2 * self.half + 1
@@ -163,6 +172,15 @@ class Tables:
             row["next"] = first["next"]
             first["next"] = number
 
+        self._forget()
+
+    def _forget(self) -> None:
+        """Keep nothing of what `sight` has found: rows are smaller."""
+        parts = vars(self.sight)
+        for name, part in list(parts.items()):
+            if hasattr(part, "cache_clear"):
+                del parts[name]
+
     def need(self, places: Iterable[int]) -> None:
         """See to it that these places have a row without holes."""
         for p in places:
@@ -200,7 +218,8 @@ class Tables:
         if len(array) < least:
             longer = np.zeros((2 * least, *array.shape[1:]), array.dtype)
             longer[: len(array)] = array
-            self.arrays = self.arrays._replace(**{name: longer})
+            grown: dict[str, Any] = {name: longer}
+            self.arrays = self.arrays._replace(**grown)
 
 
 def _landings(nav: Navigation) -> np.ndarray:
@@ -216,8 +235,9 @@ def _landings(nav: Navigation) -> np.ndarray:
 
 def tables_of(sight: Sight) -> Tables:
     """The tables of a Sight, begun once; they go when it goes."""
-    kept: Tables | None = vars(sight).get("_engine")
-    if kept is None or kept.navigation is not navigation_of(sight.building):
-        kept = Tables(sight)
-        vars(sight)["_engine"] = kept
-    return kept
+    nav = navigation_of(sight.building)  # another when a number in `paper` changes
+
+    def fits(tables: Tables) -> bool:
+        return tables.navigation is nav
+
+    return kept_with(sight, "tables", partial(Tables, sight), fits)

@@ -3,6 +3,9 @@
 A goal is three numbers: aim, which, place.  Memory is one row of numbers, see `State`.
 
     N  the numbers;  me  a record MIND;  mine  its memory;  observe  the view
+    W  what ways are found with;  clear  where one may walk straight
+    N.patches + 1 + patch  column 0 is patch NOWHERE, which the book's set may hold
+    np.int64(x)  a variable, and what a function returns, have one type in all branches
 """
 
 from math import sqrt
@@ -11,9 +14,9 @@ import numpy as np
 
 from reference.workshop.engine.mirrors import compiled, mirrors
 from reference.workshop.engine.sees import (
+    AIM_LANDMARK,
     ENTRANCE,
     EXIT,
-    LANDMARK,
     burns,
     burns_towards,
     hit_of,
@@ -22,20 +25,76 @@ from reference.workshop.engine.sees import (
     passable,
     safe,
     sighted,
-    suitable_leader,
 )
 from reference.workshop.engine.state import NOT_TOLD
 from reference.workshop.engine.tables import GROUND
 from reference.workshop.engine.ways import next_place, reaches
 from reference.world import Aim, Mode
 
-NOTHING = int(Aim.NOTHING)
-DIRECTION = int(Aim.DIRECTION)
+AIM_NOTHING = int(Aim.NOTHING)
+AIM_DIRECTION = int(Aim.DIRECTION)
 AIM_LEADER = int(Aim.LEADER)
-THRESHOLD = int(Aim.THRESHOLD)
+AIM_THRESHOLD = int(Aim.THRESHOLD)
 FOLLOWER = int(Mode.FOLLOWER)
 LEADER = int(Mode.LEADER)
-STAY = (NOTHING, -1, -1)
+STAY = (AIM_NOTHING, -1, -1)
+
+
+# -- The algorithms -----------------------------------------------------------------
+
+
+@mirrors("humans.Follower.setoff 5f9aee", "humans.act_on_instruction 7a90f3")
+def follower_sets_off(N, me, observe):
+    """Algorithm 1: one pass of lines 2-12 [B5, Alg. 1]."""
+    if not stuck(N, me, observe) and me.leader == -1:  # Alg. 1:2
+        return switch_mode(me)  # Alg. 1:3
+    if leader_in_sight(N, me, observe):  # Alg. 1:5
+        if me.told != NOT_TOLD and hit_of(observe, me.told) >= 0:  # Alg. 1:7
+            return AIM_LANDMARK, me.told, -1  # Alg. 1:8
+        return towards_leader(N, me, observe)  # Alg. 1:6
+    return disconnect(N, me, observe)  # Alg. 1:10, 11
+
+
+@mirrors("humans.Leader.setoff ecbd0a", "humans.go_to c61ec8")
+def leader_sets_off(N, me, mine, observe, some):
+    """Algorithm 2: one pass of lines 2-22 [B6, Alg. 2]."""
+    nearest = exit_in_view(observe)
+    if nearest >= 0:  # Alg. 2:2
+        return AIM_LANDMARK, nearest, -1  # Alg. 2:3
+    if observe.now[0].robot >= 0:  # Alg. 2:6, 7
+        return follow(N, me, observe, observe.now[0].robot)
+    wanted = desired(N, me, mine, observe)
+    if wanted >= 0:  # Alg. 2:5
+        leader = suitable_leader(N, me, observe, wanted)
+        if leader >= 0:  # Alg. 2:6
+            return follow(N, me, observe, leader)  # Alg. 2:7
+        return AIM_LANDMARK, wanted, -1  # Alg. 2:8, 9
+    fresh = not_yet_visited(N, me, mine, observe)  # Alg. 2:11, 12
+    if fresh < 0:  # Alg. 2:13
+        direction = unexplored(N, me, mine, observe)
+        if direction[0] != AIM_NOTHING:  # Alg. 2:14
+            return direction  # Alg. 2:15
+        return back_to_last_door(N, me, mine, observe, some)  # Alg. 2:16, 17
+    return AIM_LANDMARK, fresh, -1  # Alg. 2:19, 20
+
+
+@mirrors("humans.think 757297")
+def think(N, me, mine, observe, some):
+    """Let one human decide once where to go; True: not where they went before."""
+    remember(N, me, mine, observe)
+    if me.aim == AIM_THRESHOLD and observe.now[0].place != me.place:
+        if not (burns(N, observe, me.place) or stuck(N, me, observe)):
+            return False  # on past the door just entered
+    if me.mode == LEADER:
+        goal = leader_sets_off(N, me, mine, observe, some)
+    else:
+        goal = follower_sets_off(N, me, observe)
+    if goal[0] != me.aim or goal[1] != me.which or goal[2] != me.place:
+        me.aim = goal[0]
+        me.which = goal[1]
+        me.place = goal[2]
+        return True
+    return False
 
 
 # -- Terms that the algorithms leave open -------------------------------------------
@@ -63,7 +122,7 @@ def exit_in_view(observe):
 def desired(N, me, mine, observe):
     """The stair or door in view to go to, or -1 [B6, chosen]."""
     v = observe.now[0]
-    if me.aim == LANDMARK and hit_of(observe, me.which) < 0:
+    if me.aim == AIM_LANDMARK and hit_of(observe, me.which) < 0:
         gone = mine[me.which] or is_burnt(observe, me.which)
         if not gone and not stuck(N, me, observe):
             return me.which
@@ -75,7 +134,7 @@ def desired(N, me, mine, observe):
         hit = observe.hits[k]
         if mine[hit.mark] or not safe(N, observe, k):
             continue
-        mine_already = me.aim == LANDMARK and me.which == hit.mark
+        mine_already = me.aim == AIM_LANDMARK and me.which == hit.mark
         if first < 0:
             first = k
         if mine_already:
@@ -102,7 +161,7 @@ def not_yet_visited(N, me, mine, observe):
             continue
         if first < 0:
             first = k
-        if me.aim == LANDMARK and me.which == hit.mark:
+        if me.aim == AIM_LANDMARK and me.which == hit.mark:
             kept = k
     return kept_or_nearest(N, observe, kept, first)
 
@@ -115,6 +174,45 @@ def kept_or_nearest(N, observe, kept, first):
         if farther < N.GOAL_HYSTERESIS:
             return np.int64(observe.hits[kept].mark)
     return np.int64(observe.hits[first].mark) if first >= 0 else -1
+
+
+@mirrors(
+    "view.View.leaders_to ec7e62",
+    "view.View.followers_of b1901e",
+    "humans.suitable_leader 580196",
+)
+def suitable_leader(N, me, observe, wanted):
+    """The human in view worth following, or -1."""
+    v = observe.now[0]
+    if v.time < me.pause_until:
+        return -1
+    tried = np.inf  # the highest rank first
+    last = -1  # of equals the lowest number first
+    while True:
+        best = -1
+        rank = -1.0
+        for k in range(v.seen):
+            j = observe.seen[k].j
+            if j >= N.people:
+                break
+            them = observe.seen[k]
+            if them.landmark != wanted or them.leader >= 0 or not them.rank > v.rank:
+                continue
+            later = them.rank < tried or (them.rank == tried and j > last)
+            equal = them.rank == rank and j < best
+            if later and (best < 0 or them.rank > rank or equal):
+                best = j
+                rank = them.rank
+        if best < 0:
+            return -1
+        followers = 0
+        for k in range(v.seen):
+            one = observe.seen[k]
+            followers += one.j < N.people and one.leader == best
+        if followers < N.MOST_FOLLOWERS:
+            return best
+        tried = rank
+        last = best
 
 
 @mirrors("humans.leader_in_sight 6424de")
@@ -131,7 +229,7 @@ def leader_in_sight(N, me, observe):
 def unexplored(N, me, mine, observe):
     """The unexplored direction that needs the least turning, or STAY [B2]."""
     v = observe.now[0]
-    if me.aim == DIRECTION and me.which != -1 and me.which != v.patch:
+    if me.aim == AIM_DIRECTION and me.which != -1 and me.which != v.patch:
         if not burns_towards(N, observe, me.place):
             return me.aim, me.which, me.place
     best = -1
@@ -147,7 +245,7 @@ def unexplored(N, me, mine, observe):
     if best < 0:
         return STAY
     way = observe.opens[best]
-    return DIRECTION, np.int64(way.patch), np.int64(way.place)
+    return AIM_DIRECTION, np.int64(way.patch), np.int64(way.place)
 
 
 # -- What the algorithms do ---------------------------------------------------------
@@ -198,13 +296,18 @@ def back_to_last_door(N, me, mine, observe, some):
     if me.trail and mine[N.trail + 2 * me.trail - 2] == observe.now[0].here:
         me.trail -= 1
     if me.trail:
-        return LANDMARK, np.int64(mine[N.trail + 2 * me.trail - 2]), -1
+        return AIM_LANDMARK, np.int64(mine[N.trail + 2 * me.trail - 2]), -1
     return look_again(N, me, mine, observe, some)
 
 
-@mirrors("humans.look_again 775121", "view.View.nearest 76f0f9",
-         "rays.Sight.nearest 6064c5", "view.View.ground 42a95b", "view.View.overlooked 3990b8",
-         "rays.Sight.overlooked 660c4c")  # fmt: skip
+@mirrors(
+    "humans.look_again 775121",
+    "view.View.nearest 76f0f9",
+    "view.View.ground 42a95b",
+    "view.View.overlooked 3990b8",
+    "rays.Sight.nearest 6064c5",
+    "rays.Sight.overlooked 660c4c",
+)
 def look_again(N, me, mine, observe, some):
     """Go to the floor in view that was looked at longest ago, or never [B6, chosen]."""
     v = observe.now[0]
@@ -218,17 +321,20 @@ def look_again(N, me, mine, observe, some):
                 some[count] = q
                 count += 1
                 there = there or q == me.place
-    if me.aim == DIRECTION and not there and not burns_towards(N, observe, me.place):
+    if (
+        me.aim == AIM_DIRECTION
+        and not there
+        and not burns_towards(N, observe, me.place)
+    ):
         some[count] = me.place
         count += 1
 
     for latest in range(me.been - 1, -1, -1):
         place = np.int64(mine[N.been + latest])
-        kept = 0
+        older = 0
         for k in range(count):
-            if not is_overlooked(N, observe, place, some[k]):
-                kept += 1
-        if not kept:
+            older += not is_overlooked(N, observe, place, some[k])
+        if not older:
             break
         kept = 0
         for k in range(count):
@@ -240,7 +346,7 @@ def look_again(N, me, mine, observe, some):
 
     for k in range(count):
         if some[k] == me.place:
-            return DIRECTION, -1, me.place
+            return AIM_DIRECTION, -1, me.place
     best = here
     nearest = np.inf
     for k in range(count):
@@ -251,64 +357,7 @@ def look_again(N, me, mine, observe, some):
         if metres < nearest or (metres == nearest and q < best):
             nearest = metres
             best = q
-    return DIRECTION, -1, best
-
-
-# -- The algorithms -----------------------------------------------------------------
-
-
-@mirrors("humans.Follower.setoff 5f9aee", "humans.act_on_instruction 7a90f3")
-def follower_sets_off(N, me, observe):
-    """Algorithm 1: one pass of lines 2-12 [B5, Alg. 1]."""
-    if not stuck(N, me, observe) and me.leader == -1:  # Alg. 1:2
-        return switch_mode(me)  # Alg. 1:3
-    if leader_in_sight(N, me, observe):  # Alg. 1:5
-        if me.told != NOT_TOLD and hit_of(observe, me.told) >= 0:  # Alg. 1:7
-            return LANDMARK, me.told, -1  # Alg. 1:8
-        return towards_leader(N, me, observe)  # Alg. 1:6
-    return disconnect(N, me, observe)  # Alg. 1:10, 11
-
-
-@mirrors("humans.Leader.setoff ecbd0a", "humans.go_to c61ec8")
-def leader_sets_off(N, me, mine, observe, some):
-    """Algorithm 2: one pass of lines 2-22 [B6, Alg. 2]."""
-    nearest = exit_in_view(observe)
-    if nearest >= 0:  # Alg. 2:2
-        return LANDMARK, nearest, -1  # Alg. 2:3
-    if observe.now[0].robot >= 0:  # Alg. 2:6, 7
-        return follow(N, me, observe, observe.now[0].robot)
-    wanted = desired(N, me, mine, observe)
-    if wanted >= 0:  # Alg. 2:5
-        leader = suitable_leader(N, me, observe, wanted)
-        if leader >= 0:  # Alg. 2:6
-            return follow(N, me, observe, leader)  # Alg. 2:7
-        return LANDMARK, wanted, -1  # Alg. 2:8, 9
-    fresh = not_yet_visited(N, me, mine, observe)  # Alg. 2:11, 12
-    if fresh < 0:  # Alg. 2:13
-        direction = unexplored(N, me, mine, observe)
-        if direction[0] != NOTHING:  # Alg. 2:14
-            return direction  # Alg. 2:15
-        return back_to_last_door(N, me, mine, observe, some)  # Alg. 2:16, 17
-    return LANDMARK, fresh, -1  # Alg. 2:19, 20
-
-
-@mirrors("humans.think 757297")
-def think(N, me, mine, observe, some):
-    """Let one human decide once where to go; True: not where they went before."""
-    remember(N, me, mine, observe)
-    if me.aim == THRESHOLD and observe.now[0].place != me.place:
-        if not (burns(N, observe, me.place) or stuck(N, me, observe)):
-            return False  # on past the door just entered
-    if me.mode == LEADER:
-        goal = leader_sets_off(N, me, mine, observe, some)
-    else:
-        goal = follower_sets_off(N, me, observe)
-    if goal[0] != me.aim or goal[1] != me.which or goal[2] != me.place:
-        me.aim = goal[0]
-        me.which = goal[1]
-        me.place = goal[2]
-        return True
-    return False
+    return AIM_DIRECTION, -1, best
 
 
 # -- Memory -------------------------------------------------------------------------
@@ -331,7 +380,7 @@ def remember(N, me, mine, observe):
                     mine[N.seen_from + hit.mark] = v.room
                 elif mine[N.seen_from + hit.mark] != v.room:
                     mine[hit.mark] = 1
-    if me.aim == DIRECTION and burns_towards(N, observe, me.place):
+    if me.aim == AIM_DIRECTION and burns_towards(N, observe, me.place):
         mine[N.patches + 1 + me.which] = 1
     kept = 0
     for k in range(me.trail):
@@ -377,7 +426,9 @@ def pass_landmark(N, me, mine, landmark, side, beyond):
     if me.trail:
         door = mine[N.trail + 2 * me.trail - 2]
         from_side = mine[N.trail + 2 * me.trail - 1]
-    passing_by = me.aim == DIRECTION or (me.aim == LANDMARK and me.which != landmark)
+    passing_by = me.aim == AIM_DIRECTION or (
+        me.aim == AIM_LANDMARK and me.which != landmark
+    )
     if me.trail and door == landmark and from_side != side:
         me.trail -= 1  # walked back through it: drop it
     elif (not me.trail or door != landmark or from_side != side) and not passing_by:
@@ -386,7 +437,7 @@ def pass_landmark(N, me, mine, landmark, side, beyond):
         me.trail += 1
     mine[landmark] = 1
     if me.mode == LEADER:
-        me.aim = THRESHOLD
+        me.aim = AIM_THRESHOLD
         me.which = landmark
         me.place = beyond
 
@@ -418,7 +469,7 @@ def show_decision(N, me, body, cells, clear, W):
     """Copy mode, leader and goal of one mind to its body, which then walks there."""
     body.mode = me.mode
     body.leader = me.leader
-    body.landmark = me.which if me.aim == LANDMARK else -1
+    body.landmark = me.which if me.aim == AIM_LANDMARK else -1
     if me.place == -1:
         body.goal_x = body.x
         body.goal_y = body.y
@@ -428,7 +479,7 @@ def show_decision(N, me, body, cells, clear, W):
     at = me.place
     body.goal_x = cells[at].x
     body.goal_y = cells[at].y
-    if me.aim == DIRECTION and not reaches(N, clear, body.place, at):
+    if me.aim == AIM_DIRECTION and not reaches(N, clear, body.place, at):
         at = next_place(N, W, body.place, at)
     body.target_x = cells[at].x
     body.target_y = cells[at].y

@@ -4,30 +4,31 @@ A call goes on until something is the book's to do, and says what: the strategie
 decide, a row of the tables is missing, there is no more room.
 
     N  the numbers;  T  the tables;  S  the state
+    np.int64(x)  a variable, and what a function returns, have one type in all branches
 """
 
 from math import inf
 
 import numpy as np
 
-from reference.building import Kind
 from reference.workshop.engine.burns import advance_flames, burn_doors, lose_health
 from reference.workshop.engine.mirrors import compiled, mirrors
 from reference.workshop.engine.robots import act
 from reference.workshop.engine.sees import (
+    ENTRANCE,
     EXIT,
-    INSIDE,
+    FATE_INSIDE,
     Observe,
-    face,
+    find_row,
     grid_cell,
     lay_grid,
     look,
-    row_of,
+    turn_towards_goal,
 )
 from reference.workshop.engine.state import DIED, DOOR_BURNT, EVACUATED, LEFT_FLOOR
 from reference.workshop.engine.thinks import pass_landmark, show_decision, think
 from reference.workshop.engine.walks import (
-    Around,
+    Obstacles,
     advance,
     descend,
     enter_stairs,
@@ -38,9 +39,8 @@ from reference.workshop.engine.walks import (
 from reference.workshop.engine.ways import place_beyond
 from reference.world import FLOOR_APART, Fate
 
-OUT = int(Fate.EVACUATED)
-DEAD = int(Fate.DEAD)
-STAIRS = int(Kind.ENTRANCE)
+FATE_EVACUATED = int(Fate.EVACUATED)
+FATE_DEAD = int(Fate.DEAD)
 
 # where a call goes on
 SENSE, ROBOTS, MOVE = range(3)
@@ -48,8 +48,11 @@ SENSE, ROBOTS, MOVE = range(3)
 PLAYED, OVER, STRATEGIES, ROW, MEMORY, PAIRS, EVENTS = range(7)
 
 
-@mirrors("simulation.Simulation.step 5b2e4c", "simulation.Simulation.burn 6e91f8",
-         "simulation.Simulation.robots_move 33a19e", entry=True)  # fmt: skip
+@mirrors(
+    "simulation.Simulation.step 5b2e4c",
+    "simulation.Simulation.robots_move 33a19e",
+    entry=True,
+)
 def play(T, S, rng):
     """Go on until the book has something to do; say what."""
     N = S.numbers[0]
@@ -63,6 +66,7 @@ def play(T, S, rng):
                 return PLAYED
             if is_done(N, clock, S.bodies):
                 return OVER
+            # a tick brings no more: four of a person, one of a landmark
             if clock.events + 4 * N.people + N.landmarks > len(S.events):
                 return EVENTS
             for i in range(N.people):
@@ -82,44 +86,35 @@ def play(T, S, rng):
                 act(N, T, S, clock, k)
             clock.phase = MOVE
 
-        if clock.phase == MOVE:
-            if not people_move(N, T, S, rng):
-                return PAIRS
-            inside = 0
-            for i in range(N.people):
-                inside += S.bodies[i].fate == INSIDE
-            clock.ticks += 1
-            clock.time = clock.ticks * N.tick
-            clock.person_seconds += N.tick * inside
-            if clock.time >= clock.flames_change and clock.ticks % N.flame_ticks == 0:
-                advance_flames(
-                    N, clock, T.cells, S.arrival, S.burning, S.ash, S.harm, S.cost
-                )
-                burn_doors(N, T.cells, T.marks, S.burning, S.burnt, S.fresh)
-                for mark in range(N.landmarks):  # in the order of their numbers
-                    if S.fresh[mark]:
-                        S.fresh[mark] = 0
-                        S.burnt[mark] = True
-                        record(S, clock, DOOR_BURNT, -1, -1, 0.0, mark)
-
+        if not people_move(N, T, S, rng):
+            return PAIRS  # nobody has moved yet, and no number is drawn
+        burn(N, T, S, clock)
         lose_health(N, clock, S.bodies, S.harm)
         settle(N, T, S, clock)
         clock.phase = SENSE
         clock.left -= 1
 
 
-@mirrors("simulation.Simulation.done 2d1bf3")
+@mirrors(
+    "simulation.Simulation.done 2d1bf3",
+    "world.Bodies.inside 88092e",
+    "world.Bodies.walking ddf493",
+    "world.Bodies.__len__ af79bb",
+)
 def is_done(N, clock, bodies):
     """Nobody is inside any more, or time is up."""
     if clock.time >= N.time_limit - 1e-9:
         return True
     for i in range(N.people):
-        if bodies[i].fate == INSIDE:
+        if bodies[i].fate == FATE_INSIDE:
             return False
     return True
 
 
-@mirrors("simulation.Simulation.fire_turn 37158f")
+@mirrors(
+    "simulation.Simulation.fire_turn 37158f",
+    "simulation.Simulation.strategies_decide 1ec6a5",
+)
 def fire_turn(N, clock):
     """Is it the fire's turn, with sources left, at a decision? [D2, D6]"""
     since = clock.ticks // N.decision_ticks - N.fire_first
@@ -135,8 +130,8 @@ def sense(N, T, S, clock):
     clock.thinking = 0
     for i in range(N.people):
         body = S.bodies[i]
-        if S.due[i] and body.fate == INSIDE and body.stairwell < 0:
-            row = row_of(
+        if S.due[i] and body.fate == FATE_INSIDE and body.stairwell < 0:
+            row = find_row(
                 T.rows, T.cells, T.hits, T.lists, S.burnt, S.wanted, body.place
             )
             if row < 0:
@@ -162,7 +157,7 @@ def decide(N, T, S, clock, observe):
             T.rows[S.row_of[i]], observe, S.row_of[i], i,
         )  # fmt: skip
         if think(N, me, S.memory[i], observe, S.some):
-            face(me, body.place, T.cells, T.marks)
+            turn_towards_goal(me, body.place, T.cells, T.marks)
     for k in range(clock.thinking):
         i = S.who[k]
         show_decision(N, S.minds[i], S.bodies[i], T.cells, T.clear, T.ways)
@@ -174,7 +169,7 @@ def place_people(N, S, grid):
     lay_grid(N, grid, S.heads, N.reach)
     for i in range(N.people - 1, -1, -1):
         body = S.bodies[i]
-        if body.fate == INSIDE and body.stairwell < 0:
+        if body.fate == FATE_INSIDE and body.stairwell < 0:
             spot = S.spots[i]
             spot.x = body.x + FLOOR_APART * body.floor
             spot.y = body.y
@@ -193,7 +188,7 @@ def people_move(N, T, S, rng):
     n = 0
     for i in range(N.people):
         body = S.bodies[i]
-        if body.fate == INSIDE and body.stairwell < 0:
+        if body.fate == FATE_INSIDE and body.stairwell < 0:
             w = S.walkers[n]
             w.i = i
             w.floor = body.floor
@@ -212,8 +207,8 @@ def people_move(N, T, S, rng):
         reckless = body.reckless_until > clock.time - 1e-9
         w.fearless = S.burning[body.place] or reckless
         target(N, T.cells, T.ways, T.after, T.waypoint, clock, body, w)
-    around = Around(T.cells, S.full_until, S.burning, S.clock)
-    step(N, around, S.walkers, n, S.pairs, count, rng)
+    obstacles = Obstacles(T.cells, S.full_until, S.burning, S.clock)
+    step(N, obstacles, S.walkers, n, S.pairs, count, rng)
     clock.touched = 0
     clock.walked = n
     for k in range(n):
@@ -236,10 +231,33 @@ def fill_doors(N, T, S, clock):
         if not first:
             continue
         way = T.marks[mark]
-        flow = N.STAIRS_FLOW if way.kind == STAIRS else N.DOOR_FLOW
+        flow = N.STAIRS_FLOW if way.kind == ENTRANCE else N.DOOR_FLOW
         filled = S.full_until[mark]
         since = filled if filled > clock.time - N.tick + 1e-9 else clock.time
         S.full_until[mark] = since + count / (flow * way.width)
+
+
+# -- BURN ---------------------------------------------------------------------------
+
+
+@mirrors("simulation.Simulation.burn 6e91f8")
+def burn(N, T, S, clock):
+    """Advance the clock; spread flames and burn doors [A6] [D7]."""
+    inside = 0
+    for i in range(N.people):
+        inside += S.bodies[i].fate == FATE_INSIDE
+    clock.ticks += 1
+    clock.time = clock.ticks * N.tick
+    clock.person_seconds += N.tick * inside
+    if clock.time < clock.flames_change or clock.ticks % N.flame_ticks:
+        return
+    advance_flames(N, clock, T.cells, S.arrival, S.burning, S.ash, S.harm, S.cost)
+    burn_doors(N, T.cells, T.marks, S.burning, S.burnt, S.fresh)
+    for mark in range(N.landmarks):  # in the order of their numbers
+        if S.fresh[mark]:
+            S.fresh[mark] = 0
+            S.burnt[mark] = True
+            note_event(S, clock, DOOR_BURNT, -1, -1, 0.0, mark)
 
 
 # -- SETTLE -------------------------------------------------------------------------
@@ -250,17 +268,17 @@ def settle(N, T, S, clock):
     """Settle deaths, triggers and stairs; set who thinks in the next tick [B4]."""
     for i in range(N.people):
         body = S.bodies[i]
-        if body.health <= N.NO_HEALTH and body.fate == INSIDE:
+        if body.health <= N.NO_HEALTH and body.fate == FATE_INSIDE:
             body.health = 0.0
-            leave(body, DEAD)
-            record(S, clock, DIED, i, body.floor, 0.0, -1)
+            leave(body, FATE_DEAD)
+            note_event(S, clock, DIED, i, body.floor, 0.0, -1)
 
     turn = clock.ticks % N.RECONSIDER_TICKS
     for i in range(N.people):
         S.due[i] = S.turn[i] == turn
     for k in range(clock.touched):
         i = S.touched[k].i
-        if S.bodies[i].fate == INSIDE:
+        if S.bodies[i].fate == FATE_INSIDE:
             touch(N, T, S, clock, i, S.touched[k].before)
 
     for i in range(N.people):
@@ -268,8 +286,8 @@ def settle(N, T, S, clock):
         if body.stairs_until <= clock.time:
             passed = descend(N, T, clock, S, i)
             if passed >= 0:
-                record(S, clock, LEFT_FLOOR, i, passed, body.health, -1)
-            S.due[i] = body.fate == INSIDE and body.stairwell < 0
+                note_event(S, clock, LEFT_FLOOR, i, passed, body.health, -1)
+            S.due[i] = body.fate == FATE_INSIDE and body.stairwell < 0
 
 
 @mirrors("simulation.Simulation._touch bfb8df")
@@ -279,10 +297,10 @@ def touch(N, T, S, clock, i, before):
     mark = np.int64(T.cells[body.place].mark)
     landmark = T.marks[mark]
     if landmark.leads_out:
-        record(S, clock, LEFT_FLOOR, i, landmark.floor, body.health, -1)
+        note_event(S, clock, LEFT_FLOOR, i, landmark.floor, body.health, -1)
     if landmark.kind == EXIT:  # out: the loop ends [A4, Alg. 1:1, Alg. 2:1]
-        leave(body, OUT)
-        record(S, clock, EVACUATED, i, landmark.floor, body.health, mark)
+        leave(body, FATE_EVACUATED)
+        note_event(S, clock, EVACUATED, i, landmark.floor, body.health, mark)
     elif landmark.leads_out:
         enter_stairs(N, T, clock, S, i, mark)
     elif not S.burnt[mark]:
@@ -303,7 +321,7 @@ def leave(body, fate):
 
 
 @mirrors("simulation.Simulation._record 5859b9")
-def record(S, clock, kind, person, floor, health, mark):
+def note_event(S, clock, kind, person, floor, health, mark):
     """Note an event, to be told to the book."""
     event = S.events[clock.events]
     event.time = clock.time

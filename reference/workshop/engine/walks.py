@@ -4,8 +4,9 @@ One body after the other: what the book computes for all at once is computed her
 all before anything of it is used.  Sums over neighbours add in the book's order: of a
 body's pairs first those with higher numbers, then those with lower ones.
 
-    A  Around, what bodies stand in;  N  the numbers
-     w  who walks, a record WALKER;  pair  two neighbours, i < j
+    N  the numbers;  T  the tables;  S  the state;  W  what ways are found with
+    w  who walks, a record WALKER;  pair  two neighbours, i < j
+    np.int64(x)  a variable, and what a function returns, have one type in all branches
 """
 
 from math import ceil, floor, inf, sqrt
@@ -14,12 +15,17 @@ from typing import NamedTuple
 import numpy as np
 
 from reference.workshop.engine.mirrors import compiled, mirrors
-from reference.workshop.engine.sees import INSIDE, grid_cell, grid_position, lay_grid
+from reference.workshop.engine.sees import (
+    FATE_INSIDE,
+    grid_cell,
+    grid_position,
+    lay_grid,
+)
 from reference.workshop.engine.thinks import arrive
 from reference.workshop.engine.ways import next_place
 
 
-class Around(NamedTuple):
+class Obstacles(NamedTuple):
     """What a body may not walk into."""
 
     cells: np.ndarray
@@ -99,11 +105,11 @@ def heading(N, w):
 
 
 @mirrors("motion._pairs b0468b")
-def describe(N, walkers, pair):
+def describe_pair(N, walkers, pair):
     """Describe neighbours: where they are from each other, who yields."""
     one = walkers[pair.i]
     other = walkers[pair.j]
-    pair.i_yields = one.far > other.far
+    pair.i_yields = one.far > other.far  # of equals j, the higher number, yields
     x = other.x - one.x
     y = other.y - one.y
     apart = sqrt(x * x + y * y)
@@ -216,32 +222,33 @@ def place_at(N, level, x, y):
 
 
 @mirrors("walking.free_for 3bcca6")
-def free(N, A, w, x, y):
+def free(N, obstacles, w, x, y):
     """May one stand there? Not in walls, full doors, or flames unless reckless."""
     place = place_at(N, w.floor, x, y)
+    # outside the drawing, where nobody gets; the book would look elsewhere or fail
     if place < 0 or place >= N.places:
         return False
-    cell = A.cells[place]
+    cell = obstacles.cells[place]
     mark = cell.mark
-    if mark != w.inside and A.full_until[mark] > A.clock[0].time + 1e-9:
+    if mark != w.inside and obstacles.full_until[mark] > obstacles.clock[0].time + 1e-9:
         return False
-    return cell.walkable != 0 and (w.fearless != 0 or not A.burning[place])
+    return cell.walkable != 0 and (w.fearless != 0 or not obstacles.burning[place])
 
 
 @mirrors("motion._not_into_walls 3ec4e0")
-def not_into_walls(N, A, w, x, y, to_x, to_y):
+def not_into_walls(N, obstacles, w, x, y, to_x, to_y):
     """Slide along what is in the way: both coordinates, then one, then none."""
-    if free(N, A, w, to_x, to_y):
+    if free(N, obstacles, w, to_x, to_y):
         return to_x, to_y
-    if free(N, A, w, to_x, y):
+    if free(N, obstacles, w, to_x, y):
         return to_x, y
-    if free(N, A, w, x, to_y):
+    if free(N, obstacles, w, x, to_y):
         return x, to_y
     return x, y
 
 
 @mirrors("motion._push daa5af")
-def push(N, A, walkers, n, pairs, count):
+def push(N, obstacles, walkers, n, pairs, count):
     """Push overlapping bodies apart, each by half; from `walked` to `moved`."""
     for k in range(n):
         w = walkers[k]
@@ -287,11 +294,11 @@ def push(N, A, walkers, n, pairs, count):
     for k in range(n):
         w = walkers[k]
         w.moved_x, w.moved_y = not_into_walls(
-            N, A, w, w.walked_x, w.walked_y, w.moved_x, w.moved_y
+            N, obstacles, w, w.walked_x, w.walked_y, w.moved_x, w.moved_y
         )
 
 
-@mirrors("motion._not_into_each_other 6216da")
+@mirrors("motion._not_into_each_other 6216da", "motion.Pairs.off 3cc630")
 def not_into_each_other(N, walkers, n, pairs, count, shuffling):
     """Of two who would overlap, keep in place the one that yields; if need be, both.
 
@@ -342,7 +349,7 @@ def turned(x, y, t):
 
 
 @mirrors("motion._shuffle 8688c8")
-def shuffle(N, A, walkers, n, pairs, count, rng):
+def shuffle(N, obstacles, walkers, n, pairs, count, rng):
     """Let those who are held up try a random step, if there is room."""
     stride = N.SHUFFLE_SPEED * N.tick
     for k in range(n):
@@ -371,19 +378,19 @@ def shuffle(N, A, walkers, n, pairs, count, rng):
         x, y = turned(x, y, half)
         x = w.walked_x + stride * x
         y = w.walked_y + stride * y
-        if free(N, A, w, x, y):
+        if free(N, obstacles, w, x, y):
             w.tried_x = x
             w.tried_y = y
     not_into_each_other(N, walkers, n, pairs, count, True)
 
 
 @mirrors("motion.step 2e6c0c", "motion._walk b8decd")
-def step(N, A, walkers, n, pairs, count, rng):
+def step(N, obstacles, walkers, n, pairs, count, rng):
     """Move n bodies by one tick, from x, y to `tried`."""
     for k in range(n):
         heading(N, walkers[k])
     for k in range(count):
-        describe(N, walkers, pairs[k])
+        describe_pair(N, walkers, pairs[k])
     if count:
         heed_neighbours(N, walkers, n, pairs, count)
     for k in range(n):
@@ -392,14 +399,14 @@ def step(N, A, walkers, n, pairs, count, rng):
         e_y = w.turned_y if count else w.e_y
         metres = w.v * N.tick
         w.walked_x, w.walked_y = not_into_walls(
-            N, A, w, w.x, w.y, w.x + e_x * metres, w.y + e_y * metres
+            N, obstacles, w, w.x, w.y, w.x + e_x * metres, w.y + e_y * metres
         )
         w.tried_x = w.walked_x
         w.tried_y = w.walked_y
     if not count:
         return
 
-    push(N, A, walkers, n, pairs, count)
+    push(N, obstacles, walkers, n, pairs, count)
     for k in range(n):
         w = walkers[k]
         w.tried_x = w.moved_x
@@ -419,7 +426,7 @@ def step(N, A, walkers, n, pairs, count, rng):
         w.held = advanced < N.HELD_UP_SPEED * N.tick and means_to
         any_held = any_held or w.held != 0
     if any_held:
-        shuffle(N, A, walkers, n, pairs, count, rng)
+        shuffle(N, obstacles, walkers, n, pairs, count, rng)
 
 
 # -- walking ------------------------------------------------------------------------
@@ -516,7 +523,9 @@ def step_out(N, T, clock, S, i, well):
         taken = False
         for j in range(N.people):
             them = S.bodies[j]
-            if them.fate != INSIDE or them.stairwell >= 0 or them.floor != well.lowest:
+            if them.fate != FATE_INSIDE or them.stairwell >= 0:
+                continue
+            if them.floor != well.lowest:
                 continue
             x = them.x - centre.x
             y = them.y - centre.y

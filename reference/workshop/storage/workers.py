@@ -19,7 +19,7 @@ from concurrent.futures import (
     ThreadPoolExecutor,
 )
 from concurrent.futures import wait as wait_for
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
@@ -89,13 +89,18 @@ def stop_delayed(told: str = "") -> Iterator[None]:
         raise KeyboardInterrupt
 
 
-@contextmanager
-def one_thread() -> Iterator[None]:
+def one_thread() -> AbstractContextManager[None]:
     """Run torch on one thread: quickest for small networks, and sums in one order."""
+    return torch_threads(1)
+
+
+@contextmanager
+def torch_threads(number: int) -> Iterator[None]:
+    """Run torch on so many threads, whatever the machine has."""
     import torch  # late: commands that do not learn start at once
 
     before = torch.get_num_threads()
-    torch.set_num_threads(1)
+    torch.set_num_threads(number)
     try:
         yield
     finally:

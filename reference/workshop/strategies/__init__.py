@@ -11,7 +11,7 @@ from typing import Any
 
 from reference.fire import FireStrategy, NoFire, RandomFire
 from reference.learning.settings import Side
-from reference.robots import NoRobots, RandomRobots, RobotStrategy
+from reference.robots import NoRobots, RobotStrategy
 from reference.workshop.strategies.fires import (
     BusiestFire,
     CloserFire,
@@ -19,7 +19,13 @@ from reference.workshop.strategies.fires import (
     GreedyFire,
 )
 from reference.workshop.strategies.guard import Guard
-from reference.workshop.strategies.guides import Escort, Observer, Patrol, Sweep
+from reference.workshop.strategies.guides import (
+    Escort,
+    Observer,
+    Patrol,
+    RandomRobots,
+    Sweep,
+)
 
 ROBOTS: dict[str, type[RobotStrategy]] = {  # [C7]
     "none": NoRobots,

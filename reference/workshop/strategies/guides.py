@@ -1,4 +1,4 @@
-"""Hand-written robots beyond the simplest; to add one, see the folder's `__init__`.
+"""Hand-written robots; to add one, see the folder's `__init__`.
 
 A guide is made of `groups`, whom a robot can fetch, a way out, as `nearest_way` or
 `safest_way` finds it, and `choose`, which weighs one against the other. To write one of
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.random import Generator as Rng
 
 from reference import paper
-from reference.building import Building, distance, lengths
+from reference.building import Building, Kind, distance, lengths
 from reference.navigation import navigation_of
 from reference.robots import Destination, Destinations, actual_target, flame_cost
 from reference.workshop.strategies.observed import (
@@ -40,6 +40,16 @@ SOON = 5.0
 """[C7, chosen] metres on foot from flames within which a metre costs more: flames
 spread about this far while one walks 25 s."""
 SOON_COST = 4.0  # [C7, chosen] how much more a metre costs beside flames
+
+
+class RandomRobots:
+    """Walk to random places, each on its floor."""
+
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
+        """Draw uniformly from the floor's room cells."""
+        building = world.building
+        rooms = building.kind == Kind.FLOOR
+        return [building.random_point(rooms[robot.floor], rng) for robot in robots]
 
 
 class Patrol:

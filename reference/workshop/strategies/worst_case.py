@@ -30,12 +30,13 @@ from reference.workshop.strategies.observed import known_map_of
 from reference.world import Robot, World
 
 CANDIDATES = 4
-"""[F4, chosen] cells tried at a decision: some ten seconds of one core for an
-evacuation of the paper's building."""
+"""[F4, chosen] cells tried at a decision: a second or two of one core for an evacuation
+of the paper's building, ten where the book plays."""
 
 DRAWS = 4
-"""[F4, chosen] errors tried at a decision of the robots, besides none: a minute of one
-core for an evacuation of the paper's building."""
+"""[F4, chosen] errors tried at a decision of the robots, besides none: five seconds of
+one core for an evacuation of the paper's building, most of a minute where the book
+plays."""
 
 
 class WorstCase:

@@ -7,6 +7,7 @@ where it does not belong.
 
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from copy import deepcopy
 from dataclasses import asdict, dataclass, field, fields, replace
 from io import BytesIO
 from pathlib import Path
@@ -267,7 +268,7 @@ NORMALISER = ".normaliser."  # in the names of its weights, of 64 bits
 
 def state_of(learner: Learner) -> dict[str, Any]:
     """Collect all that a learner needs to resume, as plain data and its own tensors."""
-    buffer = [p.columns() | {"grids": _packed(p.grids)} for p in learner.buffer]
+    buffer = [vars(p) | {"grids": _packed(p.grids)} for p in learner.buffer]
     return {
         **{name: getattr(learner, name).state_dict() for name in NETWORKS},
         "buffer": buffer,
@@ -279,7 +280,8 @@ def state_of(learner: Learner) -> dict[str, Any]:
 def restore(learner: Learner, state: dict[str, Any]) -> None:
     """Load what `state_of` gave."""
     for name in NETWORKS:
-        getattr(learner, name).load_state_dict(state[name])
+        # Copied: an optimiser would go on in the tensors that it is given.
+        getattr(learner, name).load_state_dict(deepcopy(state[name]))
     learner.buffer = [
         Decisions(**part | {"grids": _unpacked(part["grids"])})
         for part in state["buffer"]

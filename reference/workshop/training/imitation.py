@@ -79,10 +79,10 @@ class _Teacher(Player):
         """(G, 2) metres, the teacher's; nan where it keeps the old destination."""
         world = moment.world
         # Strategies remember, so each episode has one of its own.
-        if moment.seed not in self.guides:
-            rng = np.random.default_rng(moment.seed)
-            self.guides[moment.seed] = ROBOTS[self.name](), rng
-        strategy, rng = self.guides[moment.seed]
+        seed = _seed_of(moment)
+        if seed not in self.guides:
+            self.guides[seed] = ROBOTS[self.name](), np.random.default_rng(seed)
+        strategy, rng = self.guides[seed]
         building = self.codec.building
         metres = np.full((len(world.robots), 2), np.nan)
         active = [k for k, robot in enumerate(world.robots) if robot.active]
@@ -121,6 +121,15 @@ class _Teacher(Player):
             "actions": actions.astype(np.float32),
             "log_probs": np.zeros_like(actions),  # `clone` does not read them
         }
+
+
+def _seed_of(moment: Moment) -> int:
+    """The episode's seed, with which the seeds of its generators begin."""
+    if moment.rng is None:
+        return 0
+    seeds: Any = moment.rng.bit_generator.seed_seq
+    seed: int = seeds.entropy[0]
+    return seed
 
 
 def clone(

@@ -1,7 +1,8 @@
 """The adversarial loop with files: PLAY, LEARN, TELL, KEEP, round after round.
 
 A round's episodes are pure jobs, so that neither the number of workers nor an
-interruption between two rounds changes the result [E6]; torch's threads do.
+interruption between two rounds changes the result [E6]; torch's threads would, so their
+number is a setting.
 """
 
 import sys

@@ -24,7 +24,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.storage.records import SettingsError, record_from
 from reference.workshop.storage.scenarios import differing, in_words
-from reference.workshop.storage.workers import chunks
+from reference.workshop.storage.workers import chunks, one_thread, torch_threads
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
@@ -230,8 +230,12 @@ class Training:
 
         Raises SettingsError if in their first round they had nothing to decide.
         """
-        if not self.imitated:
-            return self._imitate(episodes)
+        with one_thread():
+            if not self.imitated:
+                return self._imitate(episodes)
+            return self._learn(episodes)
+
+    def _learn(self, episodes: Sequence[Episode]) -> list[SummaryRow]:
         learning = self.learning()
         facts = [episode.facts for episode in episodes]
         self.episodes += len(episodes)
@@ -275,7 +279,8 @@ class Training:
         given = copied or side in self.task.initial
         alone = given and self.round < self.settings.critic_rounds
         learner.actor.requires_grad_(not alone)
-        update = learner.update()
+        with torch_threads(self.settings.threads):
+            update = learner.update()
         learner.actor.requires_grad_(True)
         return measured | update
 

@@ -1,0 +1,95 @@
+"""Stopped or killed at any moment, it leaves nothing half-written, and goes on."""
+
+import os
+import random
+import signal
+import threading
+import time
+from concurrent.futures import BrokenExecutor
+from subprocess import PIPE
+
+import pytest
+from processes import python
+
+from reference.__main__ import main
+from reference.workshop.comparing import begin_evaluation, play_evaluation
+from reference.workshop.storage.workers import InProcess, workers
+
+pytest.importorskip("numba")
+
+TINY = "--building tiny --people 8 --robots sweep escort --fire random busiest"
+EVALUATE = f"evaluate {TINY} --episodes 40 --workers 1"
+TRAIN = "train --preset tiny --workers 1 --seed 5"
+STOPPED_BY = {signal.SIGINT: 130, signal.SIGTERM: 130, signal.SIGKILL: -signal.SIGKILL}
+
+
+def begun(command, tmp_path, **env):
+    """A command that has begun, in a folder of its own."""
+    words = [*command.split(), "--out", "out"]
+    return python("-m", "reference", *words, env=env, cwd=tmp_path, stderr=PIPE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("command", [EVALUATE, TRAIN])
+def test_a_stop_while_it_compiles_ends_it_at_once(number, command, tmp_path):
+    """Status 130, one message, and no file of compiled code or half of one."""
+    process = begun(command, tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))
+    while "compiling the engine" not in process.stderr.readline():
+        assert process.poll() is None
+    time.sleep(random.uniform(0, 15))
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "stopped. Go on with:" in err and "Traceback" not in err
+    assert not [*(tmp_path / "cache").rglob("*.nb?*")]
+    assert not [*tmp_path.rglob(".*-part*")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", STOPPED_BY)
+@pytest.mark.parametrize(
+    ("command", "table"), [(EVALUATE, "runs.csv"), (TRAIN, "summaries.csv")]
+)
+def test_what_was_stopped_while_it_played_goes_on_to_the_same_end(
+    number, command, table, tmp_path, monkeypatch
+):
+    """However it was stopped, and whenever."""
+    process = begun(command, tmp_path)
+    while not (tmp_path / "out" / table).exists():
+        assert process.poll() is None
+        time.sleep(0.01)
+    time.sleep(random.uniform(0, 2))
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode in (0, STOPPED_BY[number])
+    assert "Traceback" not in err
+
+    monkeypatch.chdir(tmp_path)
+    name = command.split()[0]
+    assert main([name, "--resume", "--out", "out", "--workers", "0"]) == 0
+    assert main([*command.split(), "--out", "whole"]) == 0
+    assert (tmp_path / "out" / table).read_bytes() == (
+        tmp_path / "whole" / table
+    ).read_bytes()
+    assert not [*tmp_path.rglob(".*-part*")]
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_while_it_plays_costs_what_it_played(tmp_path):
+    """The rows that are there stay; the others are played again."""
+    evaluation = begin_evaluation(
+        ("sweep", "escort"), ("random", "busiest"), building="tiny", episodes=60
+    )
+    whole = play_evaluation(evaluation, None, InProcess())
+    with pytest.raises(BrokenExecutor), workers(2) as pool:
+
+        def kill_one():
+            while not (tmp_path / "runs.csv").exists() or len(pool.processes) < 2:
+                time.sleep(0.01)
+            time.sleep(random.uniform(0, 0.2))
+            os.kill(pool.processes[1].pid, signal.SIGKILL)
+
+        threading.Thread(target=kill_one, daemon=True).start()
+        play_evaluation(evaluation, tmp_path, pool)
+    assert play_evaluation(evaluation, tmp_path, InProcess()) == whole
