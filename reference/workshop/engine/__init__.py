@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 SLOWER = "ten times slower or more"
 GET_NUMBA = "To go on fast: pip install -e '.[fast]'"
 WHAT_TO_DO = "To go on fast: pytest tests/workshop/test_engine_mirrors.py"
-ONE_AT_A_TIME = RLock()  # threads share tables
+ONE_ASKS = RLock()  # for the rules; meanwhile other threads wait
 
 
 def together(runs: Sequence[Simulation]) -> None:
@@ -113,7 +113,7 @@ def make_ready() -> None:
 
 def knows_all_rules() -> bool:
     """Is numba there, and is every rule the one that the engine was written from?"""
-    with ONE_AT_A_TIME:
+    with ONE_ASKS:
         rules = _rules()
         if rules is None:
             return False
@@ -127,7 +127,7 @@ def knows_all_rules() -> bool:
 
         odd = odd_number()
         if odd:
-            _say_once(f"paper.{odd} is odd: the book plays, {SLOWER}.")
+            _say_once(f"paper.{odd} is not for the engine: the book plays, {SLOWER}.")
     return not odd
 
 
