@@ -18,6 +18,7 @@ from reference.building import Building
 from reference.game.observations import (
     fire_vectors,
     from_normalised,
+    grid,
     grid_shape,
     robot_vectors,
     vector_layout,
@@ -48,6 +49,7 @@ class Sizes:
     continuous: int  # Gaussian components
     branches: tuple[int, ...] = ()  # options of each discrete branch
     head: Callable[..., Any] | None = None  # another than `networks.GaussianHead`
+    encoder: Callable[..., Any] | None = None  # than `networks.Encoder`
 
 
 class PolicyCodec:
@@ -84,6 +86,10 @@ class PolicyCodec:
         if self.side == "fire":
             return self.layout.scaled(vectors)
         return vectors
+
+    def grids(self, moments: Sequence[Moment]) -> np.ndarray:
+        """(S, channels, height, width) uint8, the grids of all agents [C4]."""
+        return np.stack([grid(moment.world) for moment in moments])
 
     def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
         """Decisions (S, G, A) of a network's actions (S, G, K).

@@ -154,7 +154,8 @@ class Body(nn.Module):
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
-        self.encoder = Encoder(sizes, settings)
+        encoder = sizes.encoder or Encoder
+        self.encoder = encoder(sizes, settings)
         self.layers = layers(
             self.encoder.size, settings.hidden_units, settings.num_layers
         )

@@ -14,7 +14,6 @@ from torch import Tensor
 
 from reference.building import Building
 from reference.game.codec import Moment
-from reference.game.observations import grid
 from reference.learning.experience import Record
 from reference.learning.networks import ActionDistribution, Actor
 from reference.learning.settings import Side, TrainerSettings
@@ -43,7 +42,7 @@ class Player:
         record.
         """
         seen = self.codec.read(moments)
-        grids = np.stack([grid(moment.world) for moment in moments])
+        grids = self.codec.grids(moments)
         policy = self.actor(torch.from_numpy(seen), torch.from_numpy(grids))
         raw = policy.act(_noise(moments, policy))
         log_probs = policy.log_probs(raw).numpy()

@@ -81,12 +81,12 @@ class GroupCritic(nn.Module):
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
         hidden = settings.hidden_units
-        self.encoder = Encoder(sizes, settings)
+        encoder = sizes.encoder or Encoder
+        self.encoder = encoder(sizes, settings)
         gain = sqrt(0.125 / hidden)
-        without_action = self.encoder.size
-        with_action = without_action + sizes.continuous
-        self.g = nn.Sequential(linear(without_action, hidden, gain), nn.SiLU())
-        self.f = nn.Sequential(linear(with_action, hidden, gain), nn.SiLU())
+        size = self.encoder.size
+        self.g = nn.Sequential(linear(size, hidden, gain), nn.SiLU())
+        self.f = nn.Sequential(linear(size + sizes.continuous, hidden, gain), nn.SiLU())
         self.attention = SelfAttention(hidden)
         self.trunk = layers(hidden, hidden, settings.num_layers, gain)
         self.value = value_head(hidden + 1)

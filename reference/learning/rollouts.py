@@ -15,7 +15,7 @@ from reference.building import Building, building_of
 from reference.fire import FireStrategy
 from reference.game.codec import Moment, decided
 from reference.game.environment import AgentFire, AgentRobots, until_next_decision
-from reference.game.observations import grid, robots_at_work
+from reference.game.observations import robots_at_work
 from reference.learning.experience import Record, Trajectory
 from reference.learning.players import LearnedNetwork, Player
 from reference.learning.settings import SIDES, Side
@@ -199,10 +199,11 @@ class _RunningEpisode:
         records = self.records.get(side)
         if not records:
             return None
-        (seen,) = self.players[side].codec.read(_moments([self], side))
+        codec = self.players[side].codec
+        last = _moments([self], side)
         columns = {name: [row[name] for row in records] for name in records[0]}
-        columns["vectors"].append(seen)
-        columns["grids"].append(grid(self.simulation.world))
+        columns["vectors"].extend(codec.read(last))
+        columns["grids"].extend(codec.grids(last))
         columns["alive"].append(columns["alive"][-1] & self._cut_off(side))
         arrays = {name: np.stack(rows) for name, rows in columns.items()}
         return Trajectory(**arrays)

@@ -48,9 +48,10 @@ def weights(learner):
 
 @pytest.mark.paper("C7", "chosen")
 @pytest.mark.paper("E1", "chosen")
-def test_robots_that_copied_sweep_go_where_it_would():
+@pytest.mark.parametrize("head", ["mixture", "set"])
+def test_robots_that_copied_sweep_go_where_it_would(head):
     """In evacuations that they have not seen; they did not before."""
-    settings = tiny(robots={"hidden_units": 32})
+    settings = tiny(robots={"hidden_units": 32, "head": head})
     settings = replace(settings, imitation_episodes=16, imitation_epochs=40)
     training = begun(settings, imitate="sweep")
     before = off_course(training)

@@ -114,7 +114,7 @@ def learned(side, settings, plan, scenario, head="mixture"):
     return player_of(learner_for(side, plan, scenario, trainer, 0))
 
 
-@pytest.mark.parametrize("head", ["floor", "mixture"])
+@pytest.mark.parametrize("head", ["floor", "mixture", "set"])
 def test_episodes_are_the_same_whoever_steps_the_worlds(head):
     """Learned robots and fires: facts, and every number of the trajectories."""
     settings = preset("tiny")

@@ -82,6 +82,7 @@ class RobotView:
     marks  (B, m, 2) metres, nan for none: ways out and feet of stairs, nearest first,
            and where to guard, in the map's order, so that each keeps its number;
            outs, feet, rims  slices of them;  to_way_out  (B,) bool, headed to one [C7]
+    places  (B, n + R + F) of the points;  spots  (B, K, 2) metres of the anchors
     anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
     """
 
@@ -116,6 +117,7 @@ class RobotView:
         n = self.points.shape[1]
         self.far, to_spot, to_marks = np.split(np.minimum(way, FAR), [n, n + 1], axis=1)
 
+        self.places = places[:, :n]
         self._sort_people(places)
         self._sort_marks(to_marks)
         self._find_anchors(to_spot)
@@ -144,9 +146,7 @@ class RobotView:
         marks = self.map.marks[self.floor]
         self.outs, self.feet, self.rims = _slices(self.map.kinds)
         way = np.where(np.isnan(marks[..., 0]), FAR, way)
-        kind = np.repeat(range(3), self.map.kinds)
-        key = np.where(kind < 2, way, 0.0)
-        order = np.lexsort((key, np.broadcast_to(kind, key.shape)), axis=1)
+        order = self._order_of_marks(way)
         each = np.arange(len(order))[:, None]
         self.marks = marks[each, order]
         self.to_marks = way[each, order]
@@ -154,6 +154,12 @@ class RobotView:
         off = lengths(self.marks - self.spot[:, None])
         self.headed_to = off <= paper.AT_EXIT_METRES
         self.to_way_out = self.headed_to[:, self.outs].any(axis=1)
+
+    def _order_of_marks(self, way: np.ndarray) -> np.ndarray:
+        """(B, m) indices of marks in the order in which they are told."""
+        kind = np.repeat(range(3), self.map.kinds)
+        key = np.where(kind < 2, way, 0.0)
+        return np.lexsort((key, np.broadcast_to(kind, key.shape)), axis=1)
 
     def _find_anchors(self, to_spot: np.ndarray) -> None:
         """List anchors: keep, stay, ways out, feet, rims, nearest lost people [C5]."""
@@ -168,10 +174,10 @@ class RobotView:
         to_spot = np.where(np.isnan(headed[..., 0]), FAR, to_spot)
         parts = [headed, here, self.marks, people]  # KEEP, WAIT, ...
         ways = [to_spot, 0 * to_spot, self.to_marks, to_people]
-        anchors = np.concatenate(parts, axis=1)
+        self.spots = np.concatenate(parts, axis=1)
         self.way = np.concatenate(ways, axis=1)
-        self.allowed = ~np.isnan(anchors[..., 0])
-        off = (anchors - here) / UNIT
+        self.allowed = ~np.isnan(self.spots[..., 0])
+        off = (self.spots - here) / UNIT
         self.anchors: np.ndarray = np.where(self.allowed[..., None], off, 0.0)
         if self.masks:
             self.allowed &= self.helpful()

@@ -4,6 +4,8 @@ The trainers compute what ML-Agents computes; settings with anchors give them an
 `PolicyCodec`, with another head.
 
     floor    the paper's Gaussian: coordinates of the whole floor
+    set      the same around the robot's anchors, which one network scores, whatever the
+             building, see `workshop.anchors.sets`
     mixture  Gaussians around anchors: a robot's are those of its own frame, see
              `workshop.anchors.frame`; the fire's stand beside the building's exits,
              entrances and doors
@@ -37,6 +39,7 @@ from reference.workshop.anchors.frame import (
     in_body,
     robot_destinations,
 )
+from reference.workshop.anchors.sets import CROP_SHAPE, SetView, crops
 from reference.workshop.storage.records import (
     ABOVE_0,
     Row,
@@ -66,7 +69,8 @@ class SideSettings(TrainerSettings):
     Rows of the tables stand here again with their sections in ML-Agents' files and
     the values that they may have, where a whole number from 1 is not what is wanted.
 
-    head        which codec and which head policies have: see this module
+    head        which codec and which head policies have: see this module; what a set
+                tells is scaled as it is, whatever normalize says
     spread      metres, standard deviation of a mixture around each anchor
 
     The robots' own:
@@ -95,7 +99,7 @@ class SideSettings(TrainerSettings):
     strength: Annotated[float, Row(REWARD, low=0)]
     reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
 
-    head: Annotated[str, Row(None, ("floor", "mixture"))] = "floor"
+    head: Annotated[str, Row(None, ("floor", "mixture", "set"))] = "floor"
     spread: Annotated[float, Row(None, low=0.01)] = 0.4
     commitment: Annotated[float, Row(None, low=0)] = 0.0
     masks: Annotated[bool, Row(None)] = False
@@ -119,6 +123,8 @@ class SideSettings(TrainerSettings):
             return PolicyCodec(side, building, scenario)
         if side == "fire":
             return MixtureOfFire(building, scenario, self)
+        if self.head == "set":
+            return RobotsSets(building, scenario, self)
         return RobotsFrame(building, scenario, self)
 
 
@@ -194,6 +200,65 @@ class RobotsFrame(PolicyCodec):
         allowed = seen[:, 2 * K : 3 * K] > 0
         off = lengths(anchors - raw[:, None])
         return UNIT * np.where(allowed, off, np.inf).min(axis=1)
+
+
+class RobotsSets(RobotsFrame):
+    """Robots observe sets, and a crop of the grid around each [C5, chosen].
+
+    shapes  of what a network reads; the numbers of an element are those of any building
+    """
+
+    def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
+        PolicyCodec.__init__(self, "robots", building, scenario)
+        self.settings = settings
+        # Nobody's observations, of the right size.
+        robots = self.layout.blocks["robots"].rows
+        vectors = np.zeros((robots, self.layout.size))
+        no_flames = np.zeros((1, building.kind.size), dtype=bool)
+        view = self._sets(vectors, np.full((robots, 2), np.nan), no_flames)
+        self.shapes = view.shapes()
+        self.size = view.numbers().shape[1]
+        self.anchors = view.anchors.shape[1]
+
+    def _sets(
+        self, vectors: np.ndarray, headed: np.ndarray, burning: np.ndarray
+    ) -> SetView:
+        return SetView(self, vectors, headed, self.settings.masks, burning)
+
+    @property
+    def sizes(self) -> Sizes:
+        """Another encoder and head than the paper's; crops of all robots are channels.
+
+        What they read is scaled, so they have no normaliser, whatever `normalize` says.
+        """
+        from reference.workshop.anchors.set_networks import SetEncoder, SetHead  # torch
+
+        s = self.settings
+        robots = self.layout.blocks["robots"].rows
+        channels, height, width = CROP_SHAPE
+        return Sizes(
+            vector=self.size,
+            grid=(channels * robots, height, width),
+            continuous=AXES,
+            head=partial(SetHead, self.shapes, s.spread, s.commitment),
+            encoder=partial(SetEncoder, self.shapes),
+        )
+
+    def read(self, moments: Sequence[Moment]) -> np.ndarray:
+        """(S, G, V) float32, see `SetShapes`."""
+        vectors = np.concatenate([moment.vectors for moment in moments])
+        worlds = [moment.world for moment in moments]
+        headed = robot_destinations(*worlds)
+        # Flames never leave the main body, so it is what the grid tells [C3].
+        burning = np.stack([world.flames.burning.ravel() for world in worlds])
+        seen = self._sets(vectors, headed, burning).numbers()
+        return seen.reshape(len(moments), -1, self.size)
+
+    def grids(self, moments: Sequence[Moment]) -> np.ndarray:
+        """(S, 3 G, CROP, CROP) uint8: what is around each robot."""
+        vectors = np.stack([moment.vectors for moment in moments])
+        own = self.layout.read(vectors, "robots")[:, :, 0]
+        return crops(super().grids(moments), self.building, own)
 
 
 class MixtureOfFire(PolicyCodec):

@@ -17,7 +17,7 @@ import torch
 
 from reference.building import Building
 from reference.game.codec import RAW_LIMIT, Moment
-from reference.game.observations import from_normalised, grid
+from reference.game.observations import from_normalised
 from reference.learning.experience import Decisions, Record, Trajectory, decisions_of
 from reference.learning.players import LearnedNetwork, Player
 from reference.learning.ppo import Learner
@@ -102,6 +102,7 @@ class _Teacher(Player):
         mixture what is near no anchor, for a Gaussian to keep a destination.
         """
         (seen,) = self.codec.read([moment])
+        (grid,) = self.codec.grids([moment])
         kept = np.isnan(wanted).any(axis=1)
         building = self.codec.building
         old = from_normalised(building, robot_destinations(moment.world).astype(float))
@@ -115,7 +116,7 @@ class _Teacher(Player):
             taught &= ~kept
         return {
             "vectors": seen,
-            "grids": grid(moment.world),
+            "grids": grid,
             "alive": taught,
             "actions": actions.astype(np.float32),
             "log_probs": np.zeros_like(actions),  # `clone` does not read them

@@ -1,0 +1,120 @@
+"""Networks of sets: they know neither the building nor how many there are [C5, chosen].
+
+Every element of a set passes the same small network; the mean and the greatest of what
+comes out tell of the whole set. So their order means nothing, and weights fit any
+number. What they read is laid out as `sets.SetShapes` says.
+
+    B    group decisions in a batch;  G  agents of the group;  V  numbers read
+    k    elements of a set;  N  numbers of an element;  W  hidden units of an element
+    K    anchors;  H  hidden units
+"""
+
+from math import sqrt
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from reference.game.codec import AXES, Sizes
+from reference.learning.networks import BRANCH_GAIN, REFUSED, GridEncoder, linear
+from reference.learning.settings import TrainerSettings
+from reference.workshop.anchors.frame import KEEP, UNIT
+from reference.workshop.anchors.heads import Mixture
+from reference.workshop.anchors.sets import CROP_SHAPE, SetShapes
+
+LEAST_WIDTH = 8
+"""[C5, chosen] hidden units of an element, at least; else a quarter of those of all."""
+
+
+class Numbers:
+    """What a robot reads, (..., V), taken apart.
+
+    at      (..., K, 2) anchors, units from the robot;  allowed  (..., K) bool
+    sets    anchors, people, mates, fires: (..., k, N) each;  counts  (..., C)
+    """
+
+    def __init__(self, vectors: Tensor, shapes: SetShapes):
+        *sets, counts = shapes
+        K, _ = shapes.anchors
+        sizes = [K * AXES, K, *(k * n for k, n in sets), counts]
+        at, allowed, *parts, self.counts = vectors.split(sizes, dim=-1)
+        self.at = at.unflatten(-1, (K, AXES))
+        self.allowed = allowed > 0.5
+        pairs = zip(parts, sets, strict=True)
+        self.sets = [part.unflatten(-1, shape) for part, shape in pairs]
+
+
+class PooledSet(nn.Module):
+    """Pass each element through one layer; pool those that are there."""
+
+    def __init__(self, numbers: int, width: int):
+        super().__init__()
+        self.layer = linear(numbers, width, 1 / sqrt(numbers))
+
+    def forward(self, elements: Tensor) -> Tensor:
+        """(..., k, N) -> (..., 2 W), mean and greatest; zeros where nothing is there.
+
+        An element's last number is 1 if it is there.
+        """
+        present = elements[..., -1:]
+        # What is not there is 0, and nothing is less.
+        x = functional.relu(self.layer(elements)) * present
+        mean = x.sum(dim=-2) / present.sum(dim=-2).clamp(min=1)
+        return torch.cat([mean, x.amax(dim=-2)], dim=-1)
+
+
+class SetEncoder(nn.Module):
+    """Encode what a robot reads: its sets, pooled, its counts and its crop."""
+
+    def __init__(self, shapes: SetShapes, sizes: Sizes, settings: TrainerSettings):
+        super().__init__()
+        self.shapes = shapes
+        *sets, counts = shapes
+        width = max(LEAST_WIDTH, settings.hidden_units // 4)
+        self.sets = nn.ModuleList(PooledSet(n, width) for _, n in sets)
+        self.grid = GridEncoder(CROP_SHAPE, width)
+        self.size = 2 * width * len(sets) + counts + width
+
+    def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
+        """(B, G, V) and (B, 3 G, CROP, CROP) -> (B, G, size)."""
+        B, G, _ = vectors.shape
+        read = Numbers(vectors, self.shapes)
+        pooled = [one(x) for one, x in zip(self.sets, read.sets, strict=True)]
+        image = self.grid(grids.reshape(B * G, *CROP_SHAPE)).view(B, G, -1)
+        return torch.cat([*pooled, read.counts, image], dim=-1)
+
+
+class SetHead(nn.Module):
+    """Score each anchor by one network, from its numbers and the robot's situation.
+
+    The anchor where the robot is headed has the commitment as a bonus.
+    """
+
+    def __init__(
+        self,
+        shapes: SetShapes,
+        spread: float,
+        commitment: float,
+        hidden: int,
+        sizes: Sizes,
+    ):
+        super().__init__()
+        self.shapes = shapes
+        self.sigma = spread / UNIT
+        self.commitment = commitment
+        _, numbers = shapes.anchors
+        self.anchor = linear(numbers, hidden, 1 / sqrt(numbers))
+        self.situation = nn.Linear(hidden, hidden, bias=False)
+        nn.init.normal_(self.situation.weight, std=1 / sqrt(hidden))
+        self.second = linear(hidden, hidden // 2, 1 / sqrt(hidden))
+        self.score = linear(hidden // 2, 1, BRANCH_GAIN / sqrt(hidden // 2))
+
+    def forward(self, x: Tensor, vectors: Tensor) -> Mixture:
+        """Mixture from the body's (..., H) and the numbers read (..., V)."""
+        read = Numbers(vectors, self.shapes)
+        each = self.anchor(read.sets[0]) + self.situation(x)[..., None, :]
+        each = functional.silu(self.second(functional.silu(each)))
+        logits = self.score(each)[..., 0]
+        keep = torch.arange(logits.shape[-1]) == KEEP
+        logits = logits + self.commitment * keep
+        return Mixture(read.at, self.sigma, logits.masked_fill(~read.allowed, REFUSED))

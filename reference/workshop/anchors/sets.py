@@ -1,0 +1,517 @@
+"""What robots read as sets: anchors, people, mates and fires, in any order and number.
+
+[C5, chosen] Every element of a set has the same numbers, whatever the building: where
+it is from the robot, how far on foot, and what is there. The grid is read as a crop
+around the robot. All of it is computed from the observations [C1] [C3], the map, and
+where robots are headed; numbers are scaled by hand to be of order one.
+
+    S   worlds;  G  robots of each;  B  robots of all worlds, S x G;  M  mates, G - 1
+    K   anchors;  m  marks, the anchors that the map knows;  n  people
+    F   cells that burn on a robot's floor;  p  place
+    way, near, lost  as in `frame`
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from reference import paper
+from reference.building import Building, Kind
+from reference.game.codec import PolicyCodec
+from reference.game.observations import GRID_KINDS
+from reference.navigation import navigation_of
+from reference.workshop.anchors.frame import (
+    KEEP,
+    UNIT,
+    WAIT,
+    RobotView,
+    nearness,
+)
+from reference.workshop.strategies.guides import GROUP_RADIUS, SOON
+from reference.workshop.strategies.observed import (
+    FAR,
+    decisions_to_next_fire,
+    keeps_destination,
+    kept,
+    lightable,
+    metres_between,
+    nearest_places,
+    stairs_that_end,
+)
+from reference.workshop.strategies.traffic import (
+    places_walked,
+    stairwell_feet,
+    ways_outside,
+)
+
+CROP = 21  # [C3, chosen] cells along a side of what a robot reads of the grid
+CROP_SHAPE = (len(GRID_KINDS), CROP, CROP)
+RIMS_NUMBERED = 4  # [C5, chosen] rims of a floor that are told apart by their number
+SLACK = 1.0  # [C5, chosen] metres of detour at which flames are half on the way
+FARTHEST = 300.0  # metres from the outside, at most; walls are so far
+# what counts as one, in the numbers that a network reads
+CREW = 2.0  # robots
+GROUP = 5.0  # people
+AWAY = 30.0  # metres from the outside
+WIDE = 4.0  # cells of a way out
+BLAZE = 10.0  # burning cells; so many are half of very many
+
+# Numbers of a mark. Two that tell its kind: a rim guards an exit or stairs.
+EXIT, STAIRS, FOOT, RIM, WIDTH, LEADS, BURNS, BURNS_NEAR, COMING, NUMBER = range(10)
+MARK_NUMBERS = NUMBER + RIMS_NUMBERED
+
+
+Ways = dict[int, np.ndarray]  # metres to the outside by each landmark: (places,)
+
+
+class SetShapes(NamedTuple):
+    """(elements, numbers of each) of what a robot reads, in this order.
+
+    The numbers of an element do not depend on the building. The last number of each
+    is 1 for elements that are there. Before them stand x and y of each anchor and 1
+    for each that may be chosen; after them `counts` further numbers.
+    """
+
+    anchors: tuple[int, int]
+    people: tuple[int, int]
+    mates: tuple[int, int]
+    fires: tuple[int, int]
+    counts: int
+
+
+# -- What is known of ways out ------------------------------------------------------
+
+
+class KnownWays:
+    """What robots know of ways out, feet of stairs and rims, in the map's order.
+
+    outside  (places,) metres from there to the outside, with stairs and lower floors
+    wells    (floors, k) index of a way out's stairwell, -1 for exits
+    width    (floors, k) cells of a way out
+    leads    (floors, k) metres from a way out to the outside
+    burns    (places, floors, k) float32, 1 for a place on the way from there
+    near     (places, floors, k) float32, 1 on that way, 0 from SOON metres on foot
+    feet     (floors, k) index of a foot's stairwell
+    rim_width, rim_wells  (floors, k) of the way out, or in, that a rim guards
+    well_of  (places,) index of the stairwell, -1 elsewhere
+    """
+
+    def __init__(self, building: Building):
+        self.building = building
+        floors = range(building.floors)
+        by_mark = ways_outside(building, None)
+        self.outside = np.minimum(np.min([*by_mark.values()], axis=0), FARTHEST)
+
+        # ways out, as `way_marks` lists them
+        ways = [list(_ways_out(building, floor)) for floor in floors]
+        self.wells = _padded([[well for well, _ in here] for here in ways], -1)
+        self.width = _padded([[self._width(m) for _, m in here] for here in ways])
+        chains = [[self._chain(by_mark, m[0]) for _, m in here] for here in ways]
+        self.leads = _padded(
+            [[self._leads(by_mark, *marks) for marks in here] for here in ways]
+        )
+        shape = navigation_of(building).places, *self.wells.shape
+        self.burns = np.zeros(shape, dtype=np.float32)
+        self.near = np.zeros(shape, dtype=np.float32)
+        for floor, here in enumerate(chains):
+            for k, chain in enumerate(here):
+                self.burns[chain, floor, k] = 1
+                self.near[:, floor, k] = self._near(chain)
+
+        # feet of stairs and rims
+        self.feet = _padded([stairs_that_end(building, floor) for floor in floors], -1)
+        rims = [self._guarded(floor) for floor in floors]
+        landmarks = building.landmarks
+        self.rim_width = _padded([[self._width([m]) for m in here] for here in rims])
+        self.rim_wells = _padded(
+            [[landmarks[m].stairwell for m in here] for here in rims], -1
+        )
+
+        self.well_of = np.full(building.kind.size, -1)
+        areas = building.area.ravel()
+        for k, well in enumerate(building.stairwells):
+            self.well_of[np.isin(areas, list(well.areas.values()))] = k
+
+    def _width(self, marks: Sequence[int]) -> int:
+        return sum(self.building.landmarks[mark].width for mark in marks)
+
+    def _leads(self, by_mark: Ways, well: int, marks: Sequence[int]) -> float:
+        """Metres to the outside from a way out of these landmarks."""
+        goals = navigation_of(self.building).goals
+        return min(float(by_mark[mark][goals[mark][0]]) for mark in marks)
+
+    def _chain(self, by_mark: Ways, mark: int) -> list[int]:
+        """List the places on the cheapest way from a way out to the outside."""
+        nav = navigation_of(self.building)
+        feet = stairwell_feet(self.building)
+        landmarks = self.building.landmarks
+        chain = nav.goals[mark].tolist()
+        while landmarks[mark].stairwell >= 0:
+            foot = int(feet[landmarks[mark].stairwell])
+            metres = {way: float(d[foot]) for way, d in by_mark.items()}
+            mark = min(metres, key=metres.__getitem__)
+            if not np.isfinite(metres[mark]):
+                break
+            chain += [foot, *places_walked(nav, foot, mark)]
+        return chain
+
+    def _near(self, chain: list[int]) -> np.ndarray:
+        """(places,) 1 on a chain of places, 0 from SOON metres on foot."""
+        nav = navigation_of(self.building)
+        close = np.zeros(nav.places)
+        floors = np.array(chain) // nav.floor_size
+        for floor in np.unique(floors).tolist():
+            d = nav.distances(np.array(chain)[floors == floor].tolist())
+            close = np.maximum(close, 1 - np.minimum(d / SOON, 1))
+        return close
+
+    def _guarded(self, floor: int) -> list[int]:
+        """List the landmarks that a floor's rims guard, as `guard_points` does."""
+        building = self.building
+        marks = [mark for mark in building.landmarks if mark.floor == floor]
+        ways = [mark.index for mark in marks if mark.kind is not Kind.DOOR]
+        among = lightable(building) & keeps_destination(building)
+        return [way for way in ways if nearest_places(building, [way], among)]
+
+
+@kept(8)
+def known_ways_of(building: Building) -> KnownWays:
+    """What robots know of a building's ways out, computed once."""
+    return KnownWays(building)
+
+
+def _ways_out(building: Building, floor: int) -> Iterator[tuple[int, list[int]]]:
+    """Yield a floor's ways out: stairwell or -1, and landmarks; as `way_marks` does."""
+    for k, well in enumerate(building.stairwells):
+        if well.leads_down(floor):
+            yield k, list(well.entrances[floor])
+    for mark in building.landmarks:
+        if mark.kind is Kind.EXIT and mark.floor == floor:
+            yield -1, [mark.index]
+
+
+def _padded(rows: Sequence[Sequence[float]], filler: float = 0) -> np.ndarray:
+    """(floors, most) of what is on each floor; the filler where there is less."""
+    most = max(map(len, rows))
+    return np.array([[*row, *[filler] * (most - len(row))] for row in rows])
+
+
+# -- What a robot reads -------------------------------------------------------------
+
+
+class SetView(RobotView):
+    """What robots observe, as sets; anchors of the map stand in the map's order.
+
+    world   (B,) of each robot;  humans  (B, n, 3), sources  (B, F, 3) points
+    mates   (B, M, 3) where they are;  mate_spots  (B, M, 2) where they are headed
+    inside  (B, n) bool, here  those on foot on my floor;  beside  (B, M) bool, mates
+    stands, at  places of people and of anchors
+    """
+
+    def __init__(
+        self,
+        codec: PolicyCodec,
+        vectors: np.ndarray,
+        headed: np.ndarray,
+        masks: bool,
+        burning: np.ndarray,
+    ):
+        """vectors (B, V), headed (B, 2): of all robots of all worlds; burning (S, p).
+
+        masks: as `RobotView`
+        """
+        super().__init__(codec, vectors, headed, masks)
+        self.ways = known_ways_of(codec.building)
+        self.burning = burning
+        self.world = np.repeat(np.arange(len(burning)), len(vectors) // len(burning))
+        self.humans = self.points[:, self.people]
+        self.sources = self.points[:, self.fires]
+        self.stands = self.places[:, self.people]
+        self.at = self.map.places(np.nan_to_num(self.spots), self.floor[:, None])
+        self.inside = self.there[:, self.people]
+        walks = self.inside & ~self.map.stairs[self.stands]
+        self.here = walks & (self.humans[..., 2] == self.floor[:, None])
+        self._find_mates()
+
+    def _order_of_marks(self, way: np.ndarray) -> np.ndarray:
+        """(B, m) the map's order: a set has none, and the map knows their ways."""
+        return np.broadcast_to(np.arange(way.shape[1]), way.shape)
+
+    def _find_mates(self) -> None:
+        """Find where the robots of the same world are, and where they are headed."""
+        S = len(self.burning)
+        own = self.points[:, self.robots][:, 0].reshape(S, -1, 3)
+        spots = self.spot.reshape(S, -1, 2)
+        G = own.shape[1]
+        others = np.array([[j for j in range(G) if j != g] for g in range(G)], int)
+        self.mates = own[:, others].reshape(S * G, G - 1, 3)
+        self.mate_spots = spots[:, others].reshape(S * G, G - 1, 2)
+        if G == 1:  # a set has at least one element, there or not
+            self.mates = np.full((S, 1, 3), paper.ABSENT_POINT)
+            self.mate_spots = np.full((S, 1, 2), np.nan)
+        self.beside = self.mates[..., 2] == self.floor[:, None]
+
+    def shapes(self) -> SetShapes:
+        """Count what `numbers` returns."""
+        anchors, people, mates, fires = (
+            (part.shape[1], part.shape[2]) for part in self._sets()
+        )
+        counts = self._counts().shape[1]
+        return SetShapes(anchors, people, mates, fires, counts)
+
+    def numbers(self) -> np.ndarray:
+        """(B, V) float32, see `SetShapes`."""
+        parts = [self.anchors, self.allowed, *self._sets(), self._counts()]
+        rows = [part.reshape(len(part), -1) for part in parts]
+        return np.concatenate(rows, axis=1, dtype=np.float32)
+
+    def _sets(self) -> list[np.ndarray]:
+        known = self._points()
+        people = self._people(known[:, self.people])
+        fires = self._fires(known[:, self.fires])
+        return [self._anchors(), people, self._mates(), fires]
+
+    # -- Anchors --------------------------------------------------------------------
+
+    def _anchors(self) -> np.ndarray:
+        """(B, K, numbers) what each anchor is, how far, and what is there."""
+        B, K = self.allowed.shape
+        marks = self._map_numbers()
+        m = marks.shape[1]
+        first = WAIT + 1
+        of_map = np.zeros((B, K, MARK_NUMBERS))
+        of_map[:, first : first + m] = marks
+        of_map[:, KEEP] = self._mark_at_spot(marks)
+        kinds = np.zeros((B, K, 3))
+        kinds[:, KEEP, 0] = 1
+        kinds[:, WAIT, 1] = 1
+        kinds[:, first + m :, 2] = 1  # people
+
+        real = ~np.isnan(self.spots[..., 0])
+        on_way, near = self._flames()
+        lost, led = self._people_near()
+        headed, mate_near, mate_first = self._mates_at_anchors()
+        columns = [
+            self.way / UNIT,
+            nearness(self.way),
+            self.ways.outside[self.at] / AWAY,
+            on_way,
+            near,
+            self._sources(),
+            lost / GROUP,
+            led / GROUP,
+            headed / CREW,
+            mate_near,
+            mate_first,
+            self._at(self.spot[:, None]),
+            self.allowed,
+            real,
+        ]
+        rest = np.stack(columns, axis=-1, dtype=float)
+        parts = [kinds, of_map, self.anchors, rest]
+        return np.concatenate(parts, axis=-1) * real[..., None]
+
+    def _map_numbers(self) -> np.ndarray:
+        """(B, m, MARK_NUMBERS) what the map and the flames tell of its anchors."""
+        ways = self.ways
+        floor = self.floor
+        wells = ways.wells[floor]
+        feet = ways.feet[floor]
+        rims = ways.rim_wells[floor]
+        ends = np.cumsum([wells.shape[1], feet.shape[1], rims.shape[1]])
+        marks = np.zeros((len(floor), ends[-1], MARK_NUMBERS))
+        outs, of_feet, of_rims = np.split(marks, ends[:-1], axis=1)
+
+        # ways out
+        outs[..., EXIT] = wells < 0
+        outs[..., STAIRS] = wells >= 0
+        outs[..., WIDTH] = ways.width[floor] / WIDE
+        outs[..., LEADS] = ways.leads[floor] / AWAY
+        outs[..., BURNS] = self._burn_on(ways.burns)
+        outs[..., BURNS_NEAR] = self._burn_on(ways.near)
+
+        # feet of stairs
+        of_feet[..., STAIRS] = 1
+        of_feet[..., FOOT] = 1
+        on_stairs = np.where(self.inside, ways.well_of[self.stands], -1)
+        coming = on_stairs[:, None] == feet[..., None]
+        of_feet[..., COMING] = coming.sum(axis=-1) * (feet >= 0) / GROUP
+
+        # rims
+        of_rims[..., EXIT] = rims < 0
+        of_rims[..., STAIRS] = rims >= 0
+        of_rims[..., RIM] = 1
+        of_rims[..., WIDTH] = ways.rim_width[floor] / WIDE
+        numbered = min(rims.shape[1], RIMS_NUMBERED)
+        of_rims[:, :numbered, NUMBER : NUMBER + numbered] = np.eye(numbered)
+        return marks
+
+    def _burn_on(self, ways: np.ndarray) -> np.ndarray:
+        """(B, k) how much burns on or near the ways on from my floor's ways out."""
+        places, floors, k = ways.shape
+        counts = self.burning.astype(np.float32) @ ways.reshape(places, -1)
+        mine = counts.reshape(-1, floors, k)[self.world, self.floor]
+        return mine / (mine + BLAZE)
+
+    def _mark_at_spot(self, marks: np.ndarray) -> np.ndarray:
+        """(B, MARK_NUMBERS) of the mark where a robot is headed, or zeros."""
+        which = self.headed_to.argmax(axis=1)
+        found = marks[np.arange(len(marks)), which]
+        return found * np.any(self.headed_to, axis=1, keepdims=True)
+
+    def _flames(self) -> tuple[np.ndarray, np.ndarray]:
+        """(B, K) each: how much flames are on my way to an anchor, and near it."""
+        p, burns = self._burning_here()
+        if not p.shape[1]:
+            return np.zeros(self.way.shape), np.zeros(self.way.shape)
+        nav = self.map.nav
+        from_me = np.where(burns, metres_between(nav, self.place[:, None], p), np.inf)
+        to_anchor = metres_between(nav, self.at[..., None], p[:, None])
+        by_flames = (from_me[:, None] + to_anchor).min(axis=-1)
+        slack = np.maximum(by_flames - self.way, 0)
+        near = np.where(burns[:, None], to_anchor, np.inf).min(axis=-1)
+        return SLACK / (SLACK + slack), nearness(near)
+
+    def _burning_here(self) -> tuple[np.ndarray, np.ndarray]:
+        """(B, F) places that burn on my floor, and which of them are meant."""
+        floors = self.map.nav.floors
+        world, place = np.nonzero(self.burning)
+        storey = world * floors + place // self.map.nav.floor_size
+        counts = np.bincount(storey, minlength=len(self.burning) * floors)
+        number = np.arange(len(place)) - np.repeat(np.cumsum(counts) - counts, counts)
+        places = np.zeros((len(counts), counts.max()), dtype=int)
+        places[storey, number] = place
+        mine = self.world * floors + self.floor
+        return places[mine], np.arange(places.shape[1]) < counts[mine, None]
+
+    def _sources(self) -> np.ndarray:
+        """(B, K) nearness of the nearest source lit so far on my floor."""
+        mine = self.sources[..., 2] == self.floor[:, None]
+        metres = np.sqrt(self._squares(self.sources))
+        metres = np.where(mine[:, None], metres, FAR)
+        return nearness(metres.min(axis=-1, initial=FAR))
+
+    def _people_near(self) -> tuple[np.ndarray, np.ndarray]:
+        """(B, K) each: how many lost and led people are in a group at an anchor."""
+        near = self._squares(self.humans) < GROUP_RADIUS**2
+        led = self.here & ~self.alone
+        lost = (near & self.lost[:, None]).sum(axis=-1)
+        return lost, (near & led[:, None]).sum(axis=-1)
+
+    def _at(self, spots: np.ndarray) -> np.ndarray:
+        """(B, K) how many of these spots (B, k, 2) are at an anchor."""
+        return (self._squares(spots) <= paper.AT_EXIT_METRES**2).sum(axis=-1)
+
+    def _squares(self, points: np.ndarray) -> np.ndarray:
+        """(B, K, k) squared metres from anchors to points (B, k, 2 or 3); or nan."""
+        x = self.spots[..., :1] - points[:, None, :, 0]
+        y = self.spots[..., 1:] - points[:, None, :, 1]
+        return x * x + y * y
+
+    def _mates_at_anchors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(B, K) each: mates headed there, nearness of the nearest, is it before me?"""
+        spots = np.where(self.beside[..., None], self.mate_spots, np.nan)
+        from_mates = self.map.places(self.mates)[:, None]
+        way = metres_between(self.map.nav, self.at[..., None], from_mates)
+        way = np.where(self.beside[:, None], way, np.inf).min(axis=-1)
+        return self._at(spots), nearness(way), way < self.way
+
+    # -- People, mates, fires -------------------------------------------------------
+
+    def _people(self, known: np.ndarray) -> np.ndarray:
+        """(B, n, numbers): point, led by nobody, by me, on stairs, metres outside."""
+        columns = [
+            self.mine,
+            self.map.stairs[self.stands],
+            self.ways.outside[self.stands] / AWAY,
+            np.ones_like(self.inside),
+        ]
+        rest = np.stack(columns, axis=-1, dtype=float) * self.inside[..., None]
+        return np.concatenate([known, rest], axis=-1)
+
+    def _mates(self) -> np.ndarray:
+        """(B, M, numbers): where it is, is it on my floor, where headed, is it."""
+        off = (self.mates[..., :2] - self.me[:, None]) / UNIT
+        up = self.mates[..., 2:] - self.floor[:, None, None]
+        places = self.map.places(self.mates)
+        near = nearness(metres_between(self.map.nav, self.place[:, None], places))
+        headed = np.nan_to_num((self.mate_spots - self.me[:, None]) / UNIT)
+        goes = ~np.isnan(self.mate_spots[..., :1])
+        present = self.mates[..., 2:] > -0.5
+        parts = [off, up, near[..., None], self.beside[..., None], headed, goes]
+        return np.concatenate([*parts, present], axis=-1) * present
+
+    def _fires(self, known: np.ndarray) -> np.ndarray:
+        """(B, F, numbers): whether a source burns still, and its point."""
+        if not known.shape[1]:  # a set has at least one element, there or not
+            return np.zeros((len(known), 1, known.shape[2] + 1))
+        lit = self.there[:, self.fires]
+        burns = self.burning[self.world[:, None], self.places[:, self.fires]] & lit
+        return np.concatenate([burns[..., None], known], axis=-1)
+
+    # -- Counts ---------------------------------------------------------------------
+
+    def _counts(self) -> np.ndarray:
+        """(B, numbers) how many there are, the time, and what I am about."""
+        scenario = self.scenario
+        time = self.seen["time"][:, 0, 0]
+        step = scenario.decision_seconds
+        inside = self.inside
+        up = self.humans[..., 2] - self.floor[:, None]
+        storeys = self.sources[..., 2] - self.floor[:, None]
+        lit = self.there[:, self.fires]
+        floors = self.burning.reshape(len(self.burning), -1, self.map.nav.floor_size)
+        burning = floors.sum(axis=-1)
+        here = burning[self.world, self.floor]
+        elsewhere = burning.sum(axis=-1)[self.world] - here
+        columns = [
+            self.lost.sum(axis=1) / GROUP,
+            self.mine.sum(axis=1) / GROUP,
+            self.here.sum(axis=1) / UNIT,
+            (inside & (up > 0)).sum(axis=1) / UNIT,
+            (inside & (up < 0)).sum(axis=1) / UNIT,
+            self.beside.sum(axis=1) / CREW,
+            lit.sum(axis=1) / GROUP,
+            (lit & (storeys == 0)).sum(axis=1) / GROUP,
+            here / (here + BLAZE),
+            elsewhere / (elsewhere + BLAZE),
+            self.floor,
+            self.floor == 0,
+            self.ways.outside[self.place] / AWAY,
+            time / paper.health_seconds(),
+            decisions_to_next_fire(time, step) / paper.FIRE_EVERY_DECISIONS,
+            ~np.isnan(self.spot[:, 0]),
+            self.to_way_out,
+        ]
+        return np.stack(columns, axis=-1, dtype=float)
+
+
+# -- The grid around a robot --------------------------------------------------------
+
+
+def crops(grids: np.ndarray, building: Building, robots: np.ndarray) -> np.ndarray:
+    """Cut the own floor's cells around each robot out of the grids [C3].
+
+    grids (S, channels, height, width); robots (S, G, 3) points. Returns
+    (S, 3 G, CROP, CROP): walls, fires and ways out of the first robot, then of the
+    next; 0 beyond the edges.
+    """
+    S, _, height, width = grids.shape
+    half = CROP // 2
+    kinds = len(GRID_KINDS)
+    shape = S, kinds, building.floors, height + 2 * half, width + 2 * half
+    wide = np.zeros(shape, dtype=grids.dtype)
+    wide[..., half:-half, half:-half] = grids.reshape(
+        S, kinds, building.floors, height, width
+    )
+    windows = sliding_window_view(wide, (CROP, CROP), axis=(3, 4))
+
+    left, _, _, top = building.body
+    row = np.floor(top - robots[..., 1]).astype(int).clip(0, height - 1)
+    col = np.floor(robots[..., 0] - left).astype(int).clip(0, width - 1)
+    floor = robots[..., 2].round().astype(int).clip(0)
+    world = np.arange(S)[:, None]
+    around = windows[world, :, floor, row, col]  # (S, G, 3, CROP, CROP)
+    return around.reshape(S, -1, CROP, CROP)

@@ -1,0 +1,314 @@
+"""Anchors, people, mates and fires as sets: no order, any number, any building."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from movies import shipped, stage, wait
+
+from reference.fire import RandomFire
+from reference.game.codec import Moment
+from reference.game.observations import grid, robot_vectors, vector_layout
+from reference.learning.adversarial import learner_for, player_of
+from reference.learning.networks import Actor
+from reference.learning.players import LearnedNetwork
+from reference.learning.poca import GroupCritic
+from reference.navigation import navigation_of
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.workshop.anchors.frame import KEEP, WAIT
+from reference.workshop.anchors.sets import (
+    CROP,
+    FARTHEST,
+    MARK_NUMBERS,
+    KnownWays,
+    crops,
+)
+from reference.workshop.maps import load, plan_of
+from reference.workshop.storage.records import SettingsError
+from reference.workshop.strategies.guides import Sweep
+from reference.workshop.strategies.observed import guard_points, way_marks
+from reference.workshop.training.presets import preset
+
+BUILDINGS = ("paper", "tiny", "museum", "maze", "school", "tower")
+HALL = """
+    ##############################
+    #............................#
+    #q...........................#
+    #........p...................#
+    #........R.....r.............E
+    #....................R.......#
+    #.....................s......#
+    ##############################
+    """
+OFF = 3 + MARK_NUMBERS  # numbers of an anchor before where it is from me
+ON_WAY = OFF + 5  # flames on the way to an anchor, near it
+
+
+def settings(head="set", **rows):
+    """A small network's."""
+    return replace(preset("tiny").robots, head=head, **rows)
+
+
+def codec_of(sim, head="set", **rows):
+    """How robots read and speak in a simulation."""
+    return settings(head, **rows).codec("robots", sim.building, sim.scenario)
+
+
+def moment_of(sim):
+    """What all robots decide from now."""
+    layout = vector_layout(sim.building, sim.scenario)
+    (vectors,) = robot_vectors([sim.world], layout)
+    return Moment(vectors, np.ones(len(vectors), dtype=bool), sim.world)
+
+
+def numbers(codec, seen):
+    """What robots read, (G, V), by name: (G, k, numbers) each."""
+    K, _ = codec.shapes.anchors
+    found = {}
+    at = 3 * K
+    for name in ("anchors", "people", "mates", "fires"):
+        k, width = getattr(codec.shapes, name)
+        found[name] = seen[:, at : at + k * width].reshape(-1, k, width)
+        at += k * width
+    return found | {"counts": seen[:, at:]}
+
+
+def networks(codec, seed=0):
+    """A policy and a critic that have learned nothing."""
+    torch.manual_seed(seed)
+    made = settings(), codec.sizes
+    return Actor(made[1], made[0]), GroupCritic(made[1], made[0])
+
+
+def says(codec, moment, actor):
+    """(G, K) probabilities of anchors."""
+    seen = torch.from_numpy(codec.read([moment]))
+    return actor(seen, torch.from_numpy(codec.grids([moment]))).choice.probs[0]
+
+
+def evacuations(name, times=(8.0, 20.0), **scenario):
+    """Simulations of a building under fire, at some times."""
+    for seed, seconds in enumerate(times):
+        sim = Simulation(
+            shipped(name), Scenario(**scenario), Sweep(), RandomFire(), seed
+        )
+        wait(sim, seconds)
+        yield sim
+
+
+# -- No building in it --------------------------------------------------------------
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_weights_of_one_building_play_in_every_other():
+    """For any number of people, robots and fires; nothing read is infinite or large."""
+    scenes = {name: {} for name in BUILDINGS}
+    scenes["tiny"] = {"people": 3, "robots_per_floor": 1, "sources": 2}
+    scenes["museum"] = {"robots_per_floor": 1}  # a robot without mates
+    scenes["maze"] = {"people": 1, "sources": 0}
+    (first,) = evacuations("paper", (8.0,))
+    actor, critic = networks(codec_of(first))
+    for name, scene in scenes.items():
+        for sim in evacuations(name, **scene):
+            codec = codec_of(sim)
+            there, valued = networks(codec)
+            there.load_state_dict(actor.state_dict())
+            valued.load_state_dict(critic.state_dict())
+            moment = moment_of(sim)
+            seen = codec.read([moment])
+            assert np.isfinite(seen).all() and np.abs(seen).max() < 40
+            vectors, grids = map(torch.from_numpy, (seen, codec.grids([moment])))
+            policy = there(vectors, grids)
+            assert policy.log_probs(policy.act()).isfinite().all()
+            alive = torch.from_numpy(moment.alive)[None]
+            assert valued(vectors, grids, alive).isfinite().all()
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_network_made_for_one_building_is_a_player_in_another():
+    """As a checkpoint's would be."""
+    scenario = Scenario(people=6)
+    plan = plan_of(load("tiny"))
+    made = player_of(learner_for("robots", plan, scenario, settings(), 0))
+    assert isinstance(made, LearnedNetwork)
+    sim = Simulation(shipped("school"), Scenario(), Sweep(), RandomFire(), 0)
+    player = made.player("robots", sim.building, sim.scenario)
+    decided, _ = player.act([moment_of(sim)])
+    assert np.isfinite(decided).all()
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_who_is_out_or_dead_changes_nothing():
+    """Rows of nobody, in a scenario of more people, sources and so on."""
+    sim = stage(HALL, sources=2)
+    more = replace(sim.scenario, people_per_floor=(9,), sources=7)
+    codec = codec_of(sim)
+    actor, _ = networks(codec)
+    wide = settings().codec("robots", sim.building, more)
+    moment = moment_of(sim)
+    vectors = np.zeros((2, wide.layout.size), dtype=np.float32)
+    for name, block in codec.layout.blocks.items():
+        to = wide.layout.read(vectors, name)
+        if block.rows > 1 and name != "fires_per_floor":
+            to[:] = (0, 0, -1)
+        to[:, : block.rows] = codec.layout.read(moment.vectors, name)
+    same, _ = networks(wide)
+    same.load_state_dict(actor.state_dict())
+    found = says(wide, replace(moment, vectors=vectors), same)
+    known = says(codec, moment, actor)
+    assert torch.allclose(found[:, : known.shape[1]], known, atol=1e-6)
+    assert not found[:, known.shape[1] :].any()
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_the_fire_has_no_such_head():
+    """It is refused rather than ignored."""
+    made = preset("tiny")
+    with pytest.raises(SettingsError, match="head set is about robots only"):
+        replace(made, fire=replace(made.fire, head="set"))
+
+
+# -- No order in it -----------------------------------------------------------------
+
+
+@pytest.mark.paper("C5", "chosen")
+@pytest.mark.parametrize("block", ["humans", "robots", "fires"])
+def test_the_order_of_people_mates_and_fires_means_nothing(block):
+    """Nor to the critic; who reads them stays the first robot of its own row."""
+    (sim,) = evacuations("paper", (40.0,))
+    codec = codec_of(sim)
+    actor, critic = networks(codec)
+    moment = moment_of(sim)
+    mixed = moment.vectors.copy()
+    rows = codec.layout.read(mixed, block)
+    first = 1 if block == "robots" else 0
+    rows[:, first:] = rows[:, first:][:, ::-1].copy()
+    assert not np.array_equal(mixed, moment.vectors)
+    shuffled = replace(moment, vectors=mixed)
+    one, other = (says(codec, some, actor) for some in (moment, shuffled))
+    assert torch.allclose(one.sort().values, other.sort().values, atol=1e-5)
+    alive = torch.ones(1, len(one), dtype=torch.bool)
+    one, other = (
+        critic(*map(torch.from_numpy, (codec.read([m]), codec.grids([m]))), alive)
+        for m in (moment, shuffled)
+    )
+    assert torch.allclose(one, other, atol=1e-5)
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_robots_that_change_places_change_their_decisions():
+    """A robot's number says nothing to the network."""
+    first, second = stage(HALL), stage(HALL)
+    a, b = second.world.robots
+    for name in ("position", "place"):
+        mine, theirs = getattr(a, name), getattr(b, name)
+        setattr(a, name, theirs)
+        setattr(b, name, mine)
+    codec = codec_of(first)
+    actor, _ = networks(codec)
+    one, other = (says(codec, moment_of(sim), actor) for sim in (first, second))
+    assert torch.allclose(one, other.flip(0), atol=1e-6)
+
+
+# -- What stands in it --------------------------------------------------------------
+
+
+@pytest.mark.paper("C5", "chosen")
+@pytest.mark.parametrize("masks", [True, False])
+def test_its_anchors_are_those_of_a_mixture(masks):
+    """The same points, and the same of them may be chosen; only their order differs."""
+    for name in BUILDINGS:
+        for sim in evacuations(name):
+            found = []
+            for head in ("mixture", "set"):
+                codec = codec_of(sim, head, masks=masks)
+                (seen,) = codec.read([moment_of(sim)])
+                K = codec.anchors
+                rows = [
+                    seen[:, 0 : 2 * K : 2],
+                    seen[:, 1 : 2 * K : 2],
+                    seen[:, 2 * K :],
+                ]
+                found.append(np.stack([row[:, :K] for row in rows], axis=-1))
+            for one, other in zip(*found, strict=True):
+                assert sorted(one.tolist()) == sorted(other.tolist())
+
+
+@pytest.mark.paper("E6")
+def test_a_robot_reads_the_same_in_a_batch_as_alone():
+    """Numbers and crops, to the last bit."""
+    sims = list(evacuations("paper", (8.0, 30.0, 55.0)))
+    codec = codec_of(sims[0])
+    moments = [moment_of(sim) for sim in sims]
+    for read in (codec.read, codec.grids):
+        alone = [read([moment])[0] for moment in moments]
+        assert np.array_equal(read(moments), np.stack(alone))
+
+
+@pytest.mark.paper("C3", "chosen")
+def test_a_crop_is_the_grid_around_a_robot():
+    """Its own cell is in the middle; beyond the edges is nothing."""
+    (sim,) = evacuations("paper", (40.0,))
+    whole = grid(sim.world)
+    building = sim.building
+    floors = building.floors
+    own = codec_of(sim).layout.read(moment_of(sim).vectors, "robots")[:, 0]
+    found = crops(whole[None], building, own[None]).reshape(len(own), 3, CROP, CROP)
+    left, _, _, top = building.body
+    half = CROP // 2
+    for robot, around in zip(sim.world.robots, found, strict=True):
+        assert robot.active
+        x, y = robot.position
+        for d_row, d_col in ((0, 0), (-half, half), (3, -2), (half, 0)):
+            row = int(np.clip(top - y, 0, 39)) + d_row  # stairs: the nearest cell
+            col = int(np.clip(x - left, 0, 39)) + d_col
+            inside = 0 <= row < 40 and 0 <= col < 40
+            channels = whole[robot.floor :: floors, row, col] if inside else [0, 0, 0]
+            assert around[:, half + d_row, half + d_col].tolist() == list(channels)
+    assert found[:, 1].any()
+
+
+@pytest.mark.paper("A3")
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_ways_out_are_measured_to_the_outside(name):
+    """Exits are there; stairs lead on from their foot. Chains end at an exit."""
+    building = shipped(name)
+    ways = KnownWays(building)
+    nav = navigation_of(building)
+    for floor in range(building.floors):
+        outs, feet = way_marks(building, floor)
+        assert len(feet) == (ways.feet[floor] >= 0).sum()
+        assert len(guard_points(building, floor)) == (ways.rim_width[floor] > 0).sum()
+        for k in range(len(outs)):
+            exit_ = ways.wells[floor, k] < 0
+            assert (ways.leads[floor, k] == 0) == exit_
+            chain = np.flatnonzero(ways.burns[:, floor, k])
+            assert set(chain // nav.floor_size) <= set(range(floor + 1))
+            at_exits = np.concatenate([nav.goals[m] for m in building.exits])
+            assert np.isin(chain, at_exits).any()
+            assert (ways.near[chain, floor, k] == 1).all()
+            assert ways.width[floor, k] > 0
+    free = nav.walkable & (building.area.ravel() >= 0) & (ways.well_of < 0)
+    assert (ways.outside[free] < FARTHEST).all()
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_flames_on_the_way_to_an_anchor_are_told():
+    """On the straight way wholly; beside it less, the more so the longer the detour."""
+    sim = stage(HALL.replace("r.............E", "r....*........E"))
+    codec = codec_of(sim)
+    (seen,) = codec.read([moment_of(sim)])
+    anchors = numbers(codec, seen)["anchors"]
+    assert np.allclose(
+        anchors[..., OFF : OFF + 2], seen[:, : 2 * codec.anchors].reshape(2, -1, 2)
+    )
+    on_way, near = anchors[0, :, ON_WAY], anchors[0, :, ON_WAY + 1]
+    out, rim = WAIT + 1, WAIT + 2
+    assert on_way[out] == on_way[rim] == 1  # through the flame
+    assert on_way[WAIT] < on_way[-1] < 1 or on_way[WAIT] < 0.1
+    assert near[rim] > near[WAIT] > 0
+    assert not anchors[0, KEEP].any()  # it is headed nowhere
+    (calm,) = codec.read([moment_of(stage(HALL))])
+    assert not numbers(codec, calm)["anchors"][..., ON_WAY : ON_WAY + 2].any()
