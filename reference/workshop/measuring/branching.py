@@ -1,0 +1,308 @@
+"""Measure what one decision is worth: branch there, and play each choice to its end.
+
+One robot is sent to a point for some decisions; then the team's own strategy goes on.
+Futures are drawn anew from the present: neither choices nor measurements know what the
+evacuation itself would bring. All choices share them (common random numbers), so that
+luck cancels in a difference: TRPO's vine estimates (Schulman et al. 2015).
+
+The best of many looks better than it is.  So three rounds, each in futures of its own:
+all choices in a few, the best in more; and what was chosen is measured in fresh ones.
+
+    own  what the team's strategy decides if nobody interferes;  S  futures
+"""
+
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator as Rng
+
+from reference.game.codec import Moment, PolicyCodec, decided
+from reference.game.environment import DECIMALS, AgentFire, AgentRobots
+from reference.game.observations import robots_at_work
+from reference.learning.settings import Side
+from reference.robots import (
+    Destination,
+    Destinations,
+    RobotStrategy,
+    actual_target,
+)
+from reference.simulation import Simulation
+from reference.workshop.anchors.frame import KEEP, WAIT, RobotView, robot_destinations
+from reference.workshop.engine import together
+from reference.workshop.strategies.worst_case import another_future
+from reference.world import Robot, World
+
+WAY_OUT, FOOT, RIM, PERSON, STAY, GO_ON = (
+    "way out",
+    "foot of stairs",
+    "rim",
+    "person",
+    "stay",
+    "go on",
+)
+KINDS = (WAY_OUT, FOOT, RIM, PERSON, STAY, GO_ON)
+"""What an anchor is.  Where two are one point, the first of these is its name."""
+
+FUTURES = (4, 16, 32)  # of the three rounds: to sift, to choose, to measure
+SIFTED = 3  # choices that the first round leaves for the second
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A point to which a robot may be sent.
+
+    kind  one of KINDS;  point  metres;  way  metres on foot from the robot
+    helps  whether the robot's frame lets it be chosen where it has masks
+    """
+
+    kind: str
+    point: Destination
+    way: float
+    helps: bool
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What a decision is worth, in people saved beyond those of the own decision.
+
+    best      None: the own decision; then all figures are 0
+    believed  where it was chosen;  gain  in fresh futures; both with standard errors
+    """
+
+    choices: int
+    best: Choice | None = None
+    believed: float = 0.0
+    believed_error: float = 0.0
+    gain: float = 0.0
+    gain_error: float = 0.0
+
+
+class Held:
+    """Do as another strategy, but send one robot to a point for some decisions."""
+
+    def __init__(
+        self,
+        strategy: RobotStrategy,
+        body: int = -1,
+        point: Destination | None = None,
+        decisions: int = 0,
+    ):
+        """body: of that robot; without a point nobody is sent."""
+        self.strategy: Any = strategy
+        self.body = body
+        self.point = point
+        self.left = decisions if point is not None else 0
+
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
+        """Ask the strategy for all, and overrule it for one."""
+        answers = self.strategy.decide(world, robots, rng)
+        if not self.left:
+            return answers
+        self.left -= 1
+        each = zip(robots, answers, strict=True)
+        return [self.point if robot.body == self.body else to for robot, to in each]
+
+
+# -- What may be chosen -------------------------------------------------------------
+
+
+def choices_of(run: Simulation, robot: Robot) -> list[Choice]:
+    """List where a robot may be sent: its anchors, each actual target (Eq. 1) once.
+
+    Ways out and old destinations are among them even where masks would forbid them.
+    """
+    view = _view_of(run, masks=False)
+    helps = _view_of(run, masks=True).allowed
+    row = run.world.robots.index(robot)
+    found: dict[Destination, Choice] = {}
+    for kind in KINDS:
+        for k in _numbers_of(view, kind):
+            if not view.allowed[row, k]:
+                continue
+            x, y = view.spots[row, k].round(DECIMALS).tolist()
+            target = actual_target(run.building, robot.floor, x, y)
+            way = float(view.way[row, k])
+            found.setdefault(target, Choice(kind, (x, y), way, bool(helps[row, k])))
+    return list(found.values())
+
+
+def _view_of(run: Simulation, masks: bool) -> RobotView:
+    codec = PolicyCodec("robots", run.building, run.scenario)
+    (vectors,) = codec.observe([run.world])
+    return RobotView(codec, vectors, robot_destinations(run.world), masks)
+
+
+def _numbers_of(view: RobotView, kind: str) -> Sequence[int]:
+    """List the numbers of a frame's anchors of one kind."""
+    first = WAIT + 1
+    marks = range(first, first + view.marks.shape[1])
+    of_kind = {
+        WAY_OUT: marks[view.outs],
+        FOOT: marks[view.feet],
+        RIM: marks[view.rims],
+        PERSON: range(marks.stop, view.spots.shape[1]),
+        STAY: [WAIT],
+        GO_ON: [KEEP],
+    }
+    return of_kind[kind]
+
+
+def own_kind(run: Simulation, robot: Robot, choices: Sequence[Choice]) -> str:
+    """Tell what the team's own decision for a robot is: one of KINDS, or "elsewhere".
+
+    The strategy's memory stays as it is.
+    """
+    team = [mate for mate in run.world.robots if mate.active]
+    strategy = deepcopy(run.robot_strategy)
+    answers = strategy.decide(run.world, team, deepcopy(run.rng["robots"]))
+    point = answers[team.index(robot)]
+    if point is None and robot.destination is not None:
+        point = tuple(robot.destination.tolist())
+    if point is None:
+        return STAY
+    target = actual_target(run.building, robot.floor, *point)
+    for choice in choices:
+        other = actual_target(run.building, robot.floor, *choice.point)
+        if np.allclose(target, other, atol=0.01):
+            return choice.kind
+    return "elsewhere"
+
+
+# -- Futures ------------------------------------------------------------------------
+
+
+def future_of(run: Simulation, seed: int) -> Simulation:
+    """Continue a copy of a run, stopped at a decision, with new random numbers.
+
+    As `another_future`; doors stay full, and who is due to think stays due. Networks
+    are replaced by agents that wait to be told, see `play_to_the_end`.
+    """
+    players = players_of(run)
+    robots = AgentRobots() if "robots" in players else run.robot_strategy
+    fire = AgentFire() if "fire" in players else run.fire_strategy
+    future = another_future(run.world, run.scenario, Held(robots), fire, seed)
+    future.full_until[:] = run.full_until
+    future.due[:] = run.due
+    return future
+
+
+def branches(
+    run: Simulation,
+    robot: Robot,
+    choices: Sequence[Choice | None],
+    decisions: int,
+    seeds: Sequence[int],
+) -> list[list[Simulation]]:
+    """Play each choice to its end in the same futures: [choice][future].
+
+    choices: None for the own decision;  decisions: for how many a point is held
+    """
+    by_future = []
+    for seed in seeds:
+        future = future_of(run, seed)
+        copies = [future.copy() for _ in choices]
+        for copy, choice in zip(copies, choices, strict=True):
+            point = choice.point if choice else None
+            own = copy.robot_strategy.strategy  # type: ignore[attr-defined]
+            copy.robot_strategy = Held(own, robot.body, point, decisions)
+        by_future.append(copies)
+
+    play_to_the_end([copy for copies in by_future for copy in copies], players_of(run))
+    return [list(futures) for futures in zip(*by_future, strict=True)]
+
+
+def saved(played: Sequence[Sequence[Simulation]]) -> np.ndarray:
+    """(choices, S) people who got out in each branch."""
+    return np.array([[run.outcome().evacuated for run in runs] for runs in played])
+
+
+def players_of(run: Simulation) -> dict[Side, Any]:
+    """Find the networks that play a run, by side: all futures can ask one at once."""
+    sides: dict[Side, Any] = {"robots": run.robot_strategy, "fire": run.fire_strategy}
+    return {side: who.player for side, who in sides.items() if hasattr(who, "player")}
+
+
+def play_to_the_end(runs: Sequence[Simulation], players: Mapping[Side, Any]) -> None:
+    """Play futures side by side, decision by decision, and ask each network once.
+
+    So its calls are fewer, and searches of ways that futures share are made once.
+    """
+    going = list(runs)
+    while going := [run for run in going if not run.done]:
+        for side, player in players.items():
+            _ask(side, player, going)
+        together(going)
+
+
+def _ask(side: Side, player: Any, runs: Sequence[Simulation]) -> None:
+    """Tell the agents of a side what its network finds likeliest."""
+    if side == "fire":
+        asked = [run for run in runs if run.fire_turn]
+    else:
+        asked = [run for run in runs if robots_at_work(run.world).any()]
+    if not asked:
+        return
+
+    seen = player.codec.observe([run.world for run in asked])
+    moments = []
+    for run, vectors in zip(asked, seen, strict=True):
+        everybody = np.ones(len(vectors), dtype=bool)
+        moments.append(Moment(vectors, everybody, run.world))
+    decisions, _ = player.act(moments)
+    for run, rows in zip(asked, decisions, strict=True):
+        who: Any = run.fire_strategy
+        if side == "robots":
+            who = run.robot_strategy.strategy  # type: ignore[attr-defined]
+        who.chosen = [decided(row) for row in rows]
+
+
+# -- Its worth ----------------------------------------------------------------------
+
+
+def worth_of(
+    run: Simulation, robot: Robot, decisions: int, rounds: Sequence[Sequence[int]]
+) -> Worth:
+    """Find the best choice for a robot now, and what it is worth.
+
+    run     stopped at a decision
+    rounds  three: the seeds of the futures of each
+    """
+    sift, choose, measure = rounds
+    choices = choices_of(run, robot)
+    own, *played = branches(run, robot, [None, *choices], decisions, sift)
+
+    # the same events in all futures: the own decision under another name
+    others = [
+        (choice, runs)
+        for choice, runs in zip(choices, played, strict=True)
+        if any(a.events != b.events for a, b in zip(own, runs, strict=True))
+    ]
+    if not others:
+        return Worth(len(choices))
+    means = saved([runs for _, runs in others]).mean(axis=1)
+    first = np.argsort(-means, kind="stable")[:SIFTED]
+    best = [others[k][0] for k in first]
+
+    means = saved(branches(run, robot, [None, *best], decisions, choose))
+    more = means[1:] - means[0]
+    k = int(more.mean(axis=1).argmax())
+    if more[k].mean() <= 0:
+        return Worth(len(choices))
+
+    fresh = saved(branches(run, robot, [None, best[k]], decisions, measure))
+    gain = fresh[1] - fresh[0]
+    return Worth(
+        len(choices),
+        best[k],
+        *_mean_and_error(more[k]),
+        *_mean_and_error(gain),
+    )
+
+
+def _mean_and_error(values: np.ndarray) -> tuple[float, float]:
+    """The mean of (S,) values, and its standard error; 0 for a single one."""
+    spread = values.std(ddof=1) if len(values) > 1 else 0.0
+    return float(values.mean()), float(spread / len(values) ** 0.5)
