@@ -236,6 +236,11 @@ def test_a_table_that_was_stopped_ends_as_one_that_was_not(experiment, tmp_path)
     assert repr(rows(stopped)) == repr(rows(whole))
     assert len(rows(whole)) == 2
 
+    drawn = tmp_path / "whole.png"
+    asked = Namespace(table=str(whole), picture=drawn, base=["observer"], held=[2])
+    experiment.show(asked)
+    assert drawn.exists()
+
 
 def test_where_guard_sets_off_it_is_told_what_standing_there_is_worth(
     experiment, tmp_path, capsys
@@ -247,4 +252,4 @@ def test_where_guard_sets_off_it_is_told_what_standing_there_is_worth(
     assert {row.held for row in rows} == {1, 4}
     assert all(np.isfinite(row.guards) for row in rows)
     experiment.show(Namespace(table=str(table), picture=None))
-    assert "where guard sets off" in capsys.readouterr().out
+    assert "to stand where guard does" in capsys.readouterr().out

@@ -316,14 +316,25 @@ def tell(rows):
     print(f"\n{base} under {fire} in {building}, a choice held for {held} decisions")
     print(f"    CPU {seconds:.1f} s a decision")
     if where == GUARD:
-        guards = [row._replace(gain=row.guards) for row in rows]
-        print(f"    {'where guard sets off':28}{told(rows)}")
-        print(f"    {'to stand where it stands':28}{told(guards)}")
-        print(f"    {'that is the best in':28}{sum(row.found for row in rows):5}")
+        tell_guard(rows)
         return
     for name, part in groups(rows):
         if part:
             print(f"    {name:28}{told(part)}")
+
+
+def tell_guard(rows):
+    """Print whether the search finds what `guard` does, and what that is worth."""
+    for low, high in ((0, 250), *TIMES):
+        part = [row for row in rows if low <= row.time < high]
+        if not part:
+            continue
+        guards = [row._replace(gain=row.guards) for row in part]
+        found = sum(row.found for row in part)
+        print(f"    {low} to {high} s")
+        print(f"        {'the best choice':26}{told(part)}")
+        print(f"        {'to stand where guard does':26}{told(guards)}")
+        print(f"        {'that is the best choice':26}{found:5}")
 
 
 def show(asked):

@@ -1,1 +1,1 @@
-"""Measure: trajectories, density, standard cases of pedestrian dynamics, speed."""
+"""Measure: trajectories, density, standard cases of crowds, speed, decisions."""
