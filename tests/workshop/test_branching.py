@@ -195,6 +195,21 @@ def test_what_changes_nothing_is_not_played_again(monkeypatch):
     assert worth.best is None and len(begun) == 1
 
 
+@pytest.mark.slow
+@pytest.mark.paper("D6")
+def test_it_finds_where_a_guard_would_stand():
+    """A fire that repeats itself comes next beside an exit, a few steps away."""
+    robots = strategy_named("observer", "robots")
+    fire = strategy_named("fixed", "fire")
+    sim = Simulation(shipped("paper"), Scenario(), robots, fire, 100_000)
+    for _ in range(6):
+        together([sim])
+    (robot, *_) = sim.world.robots
+    worth = worth_of(sim, robot, 1, ((1, 2), (3, 4, 5, 6), (7, 8, 9, 10)))
+    assert (worth.best.kind, worth.best.point) == (RIM, (17.5, -11.5))
+    assert worth.gain > 2
+
+
 # -- The experiment -----------------------------------------------------------------
 
 

@@ -40,6 +40,7 @@ from reference.workshop.measuring.branching import (
     Choice,
     branches,
     choices_of,
+    mean_and_error,
     own_kind,
     saved,
     worth_of,
@@ -76,6 +77,7 @@ class Row(NamedTuple):
     helps    whether the robot's masks allow it
     gain     in fresh futures;  believed  where it was chosen
     guards   gain of standing where `guard` would;  found  whether that is the best
+    error    of each, the standard error of the mean
     seconds  of a processor
     """
 
@@ -103,6 +105,7 @@ class Row(NamedTuple):
     gain: float = 0.0
     gain_error: float = 0.0
     guards: float = nan
+    guards_error: float = nan
     found: int = 0
     seconds: float = 0.0
 
@@ -167,12 +170,12 @@ def measured(job):
         robot = run.world.robots[drawn.robot]
         worth = worth_of(run, robot, job.held, rounds)
         own = own_kind(run, robot, choices_of(run, robot))
-        guards = nan
+        guards = guards_error = nan
         if drawn.guard is not None:
             stands = Choice(RIM, drawn.guard, nan, True)
             pair = branches(run, robot, [None, stands], job.held, rounds[-1])
-            usual, guarded = saved(pair).mean(axis=1)
-            guards = float(guarded - usual)
+            usual, guarded = saved(pair)
+            guards, guards_error = mean_and_error(guarded - usual)
 
     x, y = robot.position.tolist()
     row = Row(
@@ -187,6 +190,7 @@ def measured(job):
         own=own,
         kind=OWN,
         guards=guards,
+        guards_error=guards_error,
     )
     best = worth.best
     if best is not None:
@@ -325,13 +329,17 @@ def tell(rows):
 
 def tell_guard(rows):
     """Print whether the search finds what `guard` does, and what that is worth."""
-    for low, high in ((0, 250), *TIMES):
-        part = [row for row in rows if low <= row.time < high]
+    parts = {"all": rows}
+    for low, high in TIMES:
+        parts[f"{low} to {high} s"] = [row for row in rows if low <= row.time < high]
+    surely = [row for row in rows if row.guards > 2 * row.guards_error]
+    parts["where to stand there is surely better"] = surely
+    for name, part in parts.items():
         if not part:
             continue
         guards = [row._replace(gain=row.guards) for row in part]
         found = sum(row.found for row in part)
-        print(f"    {low} to {high} s")
+        print(f"    {name}")
         print(f"        {'the best choice':26}{told(part)}")
         print(f"        {'to stand where guard does':26}{told(guards)}")
         print(f"        {'that is the best choice':26}{found:5}")

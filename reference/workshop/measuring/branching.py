@@ -297,12 +297,12 @@ def worth_of(
     return Worth(
         len(choices),
         best[k],
-        *_mean_and_error(more[k]),
-        *_mean_and_error(gain),
+        *mean_and_error(more[k]),
+        *mean_and_error(gain),
     )
 
 
-def _mean_and_error(values: np.ndarray) -> tuple[float, float]:
-    """The mean of (S,) values, and its standard error; 0 for a single one."""
+def mean_and_error(values: np.ndarray) -> tuple[float, float]:
+    """Compute the mean of (S,) values, and its standard error; 0 for a single one."""
     spread = values.std(ddof=1) if len(values) > 1 else 0.0
     return float(values.mean()), float(spread / len(values) ** 0.5)
