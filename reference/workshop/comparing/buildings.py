@@ -72,7 +72,8 @@ def resume_in_buildings(
 ) -> dict[str, Evaluation]:
     """Resume what is in a folder, in all its buildings, with any further players.
 
-    Raises as `resume_evaluation` does, and InputError for a damaged list of buildings.
+    Raises as `resume_evaluation` does, and InputError where the buildings are others
+    than those that were begun together, or were not begun alike.
     """
     path = folder / BUILDINGS_FILE
     if not path.exists():
@@ -82,9 +83,21 @@ def resume_in_buildings(
         buildings = checked_value("buildings", kept, tuple[str, ...])
     folders = [_folder_of(folder, k) for k in range(len(buildings))]
     begun = [matches.resume_evaluation(each, robots, fires) for each in folders]
-    if tuple(each.arena.building for each in begun) != buildings or len(begun) < 2:
-        raise InputError(f"{path}: names other buildings than the folders beside it.")
-    return _by_name(begun)
+    together = tuple(each.arena.building for each in begun) == buildings
+    if not together or len({*map(_terms, begun)}) != 1:
+        raise InputError(
+            f"{path}: the folders beside it are not of one evaluation. Begin anew in "
+            "another folder."
+        )
+    robots = [word for each in begun for word in each.robots]  # of each alone, too
+    fires = [word for each in begun for word in each.fires]
+    return _by_name(matches.resume_evaluation(each, robots, fires) for each in folders)
+
+
+def _terms(evaluation: Evaluation) -> tuple[Any, ...]:
+    """What evaluations must share, so that runs of a seed may be compared."""
+    own = evaluation
+    return own.seed, own.episodes, own.sample, own.errors, own.arena.scenario
 
 
 def _by_name(evaluations: Iterable[Evaluation]) -> dict[str, Evaluation]:

@@ -64,9 +64,8 @@ def side_by_side(
         _draw_curves(curve, runs, of_match, t)
         for axes, (name, building) in zip(panels, buildings.items(), strict=True):
             mine = [each for each in of_match if each.building == name]
-            moves = paint_floors(axes, building, 72 * metre)
+            moves = _draw_floors(axes, building, runs[name], 72 * metre)
             axes.set_title(_heading(mine), fontsize=10, pad=18)
-            _draw_deaths(axes, building, runs[name], moves)
             plan_axes.append((axes, building, moves))
 
     _add_legend(figure, rows[0, 0], [*buildings.values()])
@@ -123,20 +122,23 @@ def _heading(figures: Sequence[Figures]) -> str:
     return "\n".join(lines)
 
 
-def _draw_deaths(
-    axes: Axes, building: Building, runs: Sequence[RunResult], moves: np.ndarray
-) -> None:
-    """Mark where people died, and write above each floor how many did in a run."""
+def _draw_floors(
+    axes: Axes, building: Building, runs: Sequence[RunResult], metre: float
+) -> np.ndarray:
+    """Draw floors, where people died on them, and how many in a run; return moves.
+
+    metre: in points
+    """
     deaths = np.zeros(building.kind.shape, int)
     for run in runs:
         for floor, x, y in run.deaths:
             deaths[(floor, *building.cell(x, y))] += 1
-    _, right, _, top = page.extent_of(building)
+    counts = deaths.sum(axis=(1, 2)) / len(runs)
+    ends = [f", {count:.1f} die" for count in counts]
+    moves = paint_floors(axes, building, metre, ends)
     for floor, (x, y) in enumerate(moves.tolist()):
         mark_deaths(axes, building, deaths[floor], len(runs), (x, y))
-        words = f"{deaths[floor].sum() / len(runs):.1f} die"
-        look: Style = {"textcoords": "offset points", "ha": "right"}
-        axes.annotate(words, (right + x, top + y), (0, 3), **look)
+    return moves
 
 
 def _add_legend(figure: Figure, curve: Axes, buildings: Sequence[Building]) -> None:

@@ -110,7 +110,7 @@ def _there(spots: np.ndarray) -> np.ndarray:
 def _draw_anchors(axes: Axes, by_kind: dict[str, np.ndarray]) -> None:
     """Draw all anchors of a robot, and a line to where it is headed."""
     for kind, spots in by_kind.items():
-        axes.plot(*spots.T, **LOOKS[kind])
+        axes.plot(*spots.T, clip_on=False, **LOOKS[kind])
     if KEPT in by_kind:
         way = np.concatenate([by_kind[STAYED], by_kind[KEPT]])
         axes.plot(*way.T, color=INK, lw=0.8, ls=(0, (4, 2)), zorder=4)

@@ -260,10 +260,13 @@ def _note(axes: Axes, words: str, x: float, y: float, size: float) -> Text:
     return axes.annotate(words, (0, 1), (x, y), fontsize=size, in_layout=False, **at)
 
 
-def paint_floors(axes: Axes, building: Building, metre: float) -> np.ndarray:
+def paint_floors(
+    axes: Axes, building: Building, metre: float, ends: Sequence[str] = ()
+) -> np.ndarray:
     """Paint all floors on the same axes, and a scale; return each one's move.
 
-    metre: in points, about;  moves: (floors, 2) metres from the building to the axes
+    metre: in points, about;  ends: of each floor's name, which may be shortened before
+    moves: (floors, 2) metres from the building to the axes
     """
     left, right, low, high = page.extent_of(building)
     _, columns = page.arranged(building, building.floors)
@@ -275,7 +278,9 @@ def paint_floors(axes: Axes, building: Building, metre: float) -> np.ndarray:
     for floor, (x, y) in enumerate(moves):
         extent = (left + x, right + x, low + y, high + y)
         axes.imshow(page.paint(building.kind[floor]), extent=extent)
-        name = page.shortened(page.floor_title(building, floor), letters)
+        end = ends[floor] if ends else ""
+        name = page.shortened(page.floor_title(building, floor), letters - len(end))
+        name += end
         axes.annotate(name, (left + x, high + y), (0, 3), textcoords="offset points")
     axes.set_xlim(left, right + max(moves[:, 0]))
     axes.set_ylim(low + min(moves[:, 1]), high)
