@@ -12,12 +12,12 @@ from reference.workshop import drawing
 from reference.workshop.anchors.frame import NEAREST_PEOPLE, robot_destinations
 from reference.workshop.anchors.settings import RobotsFrame
 from reference.workshop.drawing.choices import (
-    FOOT,
+    ANCHOR_LOOKS,
+    FOOT_OF_STAIRS,
     GUARDED,
-    KEPT,
-    LOOKS,
+    KEEPING,
     LOST,
-    STAYED,
+    STAYING,
     WAY_OUT,
     anchors_of,
     moment_of,
@@ -70,9 +70,9 @@ def test_the_anchors_of_the_map_are_all_there_by_kind(name):
         down = [well for well in building.stairwells if well.leads_down(floor)]
         ends = [well for well in building.stairwells if well.lowest == floor]
         assert len(by_kind[WAY_OUT]) == len(exits) + len(down)
-        assert len(by_kind.get(FOOT, ())) == len(ends)
-        assert len(by_kind[STAYED]) == 1
-        assert len(by_kind.get(KEPT, ())) <= 1
+        assert len(by_kind.get(FOOT_OF_STAIRS, ())) == len(ends)
+        assert len(by_kind[STAYING]) == 1
+        assert len(by_kind.get(KEEPING, ())) <= 1
         assert GUARDED in by_kind
         assert len(by_kind.get(LOST, ())) <= NEAREST_PEOPLE
         bodies = simulation.world.bodies
@@ -97,10 +97,10 @@ def test_a_hut_without_doors_and_stairs_is_drawn_too(text):
     building = load(text)
     assert len(moment_of(building).world.bodies) <= 8
     said = writing(drawing.anchors(building))
-    assert WAY_OUT in said and STAYED in said and FOOT not in said
+    assert WAY_OUT in said and STAYING in said and FOOT_OF_STAIRS not in said
 
 
 def test_kinds_are_told_apart_by_their_shape():
     """So that no colour is needed for it."""
-    shapes = [(look["marker"], look["mfc"] == "none") for look in LOOKS.values()]
+    shapes = [(look["marker"], look["mfc"] == "none") for look in ANCHOR_LOOKS.values()]
     assert len({*shapes}) == len(shapes)

@@ -153,7 +153,7 @@ def _write_beginning(evaluations: Evaluations, folder: Path) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Figures:
+class BuildingCell:
     """One match in one building: n runs, and each figure's mean, low and high.
 
     less      the building that is subtracted: then every figure is a difference
@@ -177,7 +177,7 @@ class Figures:
 Figure = Callable[[RunResult], float | None]
 
 
-def compare_buildings(evaluations: Evaluations, played: Played) -> list[Figures]:
+def compare_buildings(evaluations: Evaluations, played: Played) -> list[BuildingCell]:
     """Average every match in every building, and its differences from the first.
 
     They stand match by match; below each further building stands its difference.
@@ -199,7 +199,7 @@ def compare_buildings(evaluations: Evaluations, played: Played) -> list[Figures]
 
 def _figures(
     of_match: Played, floors: Mapping[str, int], name: str, less: str | None = None
-) -> Figures:
+) -> BuildingCell:
     """Average a match in a building, or the differences from another one's."""
     results = of_match[name]
     others = {run.seed: run for run in of_match[less]} if less else {}
@@ -222,7 +222,7 @@ def _figures(
     half_out = values(lambda run: run.half_out)
     all_out = values(lambda run: run.evacuation_time)
     robots, fire, _ = results[0].run
-    return Figures(
+    return BuildingCell(
         robots=robots,
         fire=fire,
         building=name,
@@ -235,7 +235,7 @@ def _figures(
     )
 
 
-def table_of_buildings(figures: Sequence[Figures]) -> str:
+def table_of_buildings(figures: Sequence[BuildingCell]) -> str:
     """Write a line for each building and difference: means with 95 % intervals.
 
     Deaths are means alone; a run alone has no intervals.
@@ -250,7 +250,7 @@ def table_of_buildings(figures: Sequence[Figures]) -> str:
     return aligned(rows, "<<<>" + ">" * (3 + floors)) + note
 
 
-def _row(figures: Figures, floors: int) -> list[str]:
+def _row(figures: BuildingCell, floors: int) -> list[str]:
     """Write a line's words."""
     signed = bool(figures.less)
     ends = figures.n > 1

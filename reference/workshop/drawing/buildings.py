@@ -5,7 +5,6 @@ floors, with a cross wherever people died.  Bands and brackets are 95 % interval
 """
 
 from collections.abc import Mapping, Sequence
-from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from reference.building import Building, Kind
-from reference.workshop.comparing.buildings import Figures, Played, in_percent, written
+from reference.workshop.comparing.buildings import (
+    BuildingCell,
+    Played,
+    in_percent,
+    written,
+)
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.crossplay import LINE_STYLES, plot_who_is_out
@@ -27,13 +31,13 @@ TITLE_HIGH, HEADING_HIGH = 0.3, 0.8  # inches above a floor, and above a buildin
 NAME = 24  # letters of a building's name
 
 MARKS: dict[str, Style] = {
-    "half of those who get out are out": {"marker": "o", "ms": 6},
-    "the last is out": {"marker": "s", "ms": 6},
+    "half of those who get out are out": {"ls": "", "marker": "o", "ms": 6},
+    "the last is out": {"ls": "", "marker": "s", "ms": 6},
 }
 
 
 def side_by_side(
-    buildings: Mapping[str, Building], played: Played, figures: Sequence[Figures]
+    buildings: Mapping[str, Building], played: Played, figures: Sequence[BuildingCell]
 ) -> Figure:
     """Draw all matches in all buildings; figures: of `compare_buildings`."""
     matches = list(dict.fromkeys((each.robots, each.fire) for each in figures))
@@ -64,7 +68,9 @@ def side_by_side(
         _draw_curves(curve, runs, of_match, t)
         for axes, (name, building) in zip(panels, buildings.items(), strict=True):
             mine = [each for each in of_match if each.building == name]
-            moves = _draw_floors(axes, building, runs[name], 72 * metre)
+            down, across, _ = _floors_shape(building)
+            points = 72 * min(PLAN_WIDTH / across, high / down)
+            moves = _draw_floors(axes, building, runs[name], points)
             axes.set_title(_heading(mine), fontsize=10, pad=18)
             plan_axes.append((axes, building, moves))
 
@@ -86,13 +92,15 @@ def _floors_shape(building: Building) -> tuple[int, float, int]:
 def _draw_curves(
     axes: Axes,
     runs: Mapping[str, Sequence[RunResult]],
-    figures: Sequence[Figures],
+    figures: Sequence[BuildingCell],
     t: np.ndarray,
 ) -> None:
     """Draw who is out by when in each building, and mark when half and all are."""
     robots, fire = figures[0].robots, figures[0].fire
     guides = "nobody guides" if robots == "none" else f"robots: {robots}"
-    axes.set_title(fill(f"{guides}, fire: {fire}", 42), fontsize=11)
+    words = (guides, f"fire: {fire}")
+    title = "\n".join(page.shortened(line, 2 * NAME) for line in words)
+    axes.set_title(title, fontsize=11)
     axes.set(xlabel="seconds", ylabel="people out, %", xlim=(0, t[-1]), ylim=(0, 102))
     axes.grid(axis="y")
     axes.set_prop_cycle(LINE_STYLES)
@@ -108,7 +116,7 @@ def _draw_curves(
                 axes.plot(moment.mean, y, color=colour, mfc="white", mew=1.6, **look)
 
 
-def _heading(figures: Sequence[Figures]) -> str:
+def _heading(figures: Sequence[BuildingCell]) -> str:
     """Say how many get out of a building, and how many more than of the first."""
     lines = []
     for each in figures:
@@ -134,8 +142,8 @@ def _draw_floors(
         for floor, x, y in run.deaths:
             deaths[(floor, *building.cell(x, y))] += 1
     counts = deaths.sum(axis=(1, 2)) / len(runs)
-    ends = [f", {count:.1f} die" for count in counts]
-    moves = paint_floors(axes, building, metre, ends)
+    names = [f"Floor {k}: {count:.1f} die" for k, count in enumerate(counts, 1)]
+    moves = paint_floors(axes, building, metre, names)
     for floor, (x, y) in enumerate(moves.tolist()):
         mark_deaths(axes, building, deaths[floor], len(runs), (x, y))
     return moves
@@ -145,7 +153,7 @@ def _add_legend(figure: Figure, curve: Axes, buildings: Sequence[Building]) -> N
     """Explain lines, marks, crosses and cells."""
     lines = [line for line in curve.lines if line.get_linestyle() != "None"]
     named = [line for line in lines if not str(line.get_label()).startswith("_")]
-    open_: Style = {"ls": "", "mfc": "white", "mec": page.TEXT, "mew": 1.6}
+    open_: Style = {"mfc": "white", "mec": page.TEXT, "mew": 1.6}
     marks = page.samples({name: open_ | look for name, look in MARKS.items()})
     kinds = np.concatenate([building.kind.ravel() for building in buildings])
     cells = page.swatches(kinds[kinds != Kind.FLOOR])

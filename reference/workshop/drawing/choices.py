@@ -24,18 +24,18 @@ MOMENT = 10.0  # s, when people have begun to walk and robots are under way
 SEED = 0
 _PALE = 0.45  # of the floors
 
-KEPT, STAYED = "keep: where the robot is headed", "stay: where it stands"
-WAY_OUT, FOOT = "way out", "foot of stairs, where people come out"
+KEEPING, STAYING = "keep: where the robot is headed", "stay: where it stands"
+WAY_OUT, FOOT_OF_STAIRS = "way out", "foot of stairs, where people come out"
 GUARDED, LOST = "where to guard a way from fire", "a person whom nobody leads"
 ROBOT, PERSON = "robot", "another person, no anchor"
 
 
-LOOKS: dict[str, Style] = {
+ANCHOR_LOOKS: dict[str, Style] = {
     ROBOT: marker("D", 7, "white", INK, 1.8) | {"zorder": 6},
-    STAYED: marker("o", 13, "none", page.BLUE, 1.8) | {"zorder": 6},
-    KEPT: marker("+", 13, INK, INK, 2) | {"zorder": 7},
+    STAYING: marker("o", 13, "none", page.BLUE, 1.8) | {"zorder": 6},
+    KEEPING: marker("+", 13, INK, INK, 2) | {"zorder": 7},
     WAY_OUT: marker("*", 15, COLOURS[Kind.EXIT], "white", 0.8) | {"zorder": 5},
-    FOOT: marker("s", 7, COLOURS[Kind.ENTRANCE], "white", 1) | {"zorder": 5},
+    FOOT_OF_STAIRS: marker("s", 7, COLOURS[Kind.ENTRANCE], "white", 1) | {"zorder": 5},
     GUARDED: marker("h", 13, "none", FLAME, 2) | {"zorder": 4},
     LOST: marker("o", 7, STEPS[-1], INK, 0.8) | {"zorder": 5},
     PERSON: marker(".", 5, page.FAINT, page.FAINT, 1) | {"zorder": 3},
@@ -56,10 +56,12 @@ def anchors(building: Building) -> Figure:
         panels[floor].set_title(f"{name}, {count} anchors")
     _draw_people(simulation, panels)
     for robot in simulation.world.robots:
-        panels[robot.floor].plot(*robot.position, **LOOKS[ROBOT])
+        panels[robot.floor].plot(*robot.position, **ANCHOR_LOOKS[ROBOT])
 
     there = {kind for by_kind in found.values() for kind in by_kind} | {ROBOT, PERSON}
-    marks = page.samples({kind: LOOKS[kind] for kind in LOOKS if kind in there})
+    marks = page.samples(
+        {kind: ANCHOR_LOOKS[kind] for kind in ANCHOR_LOOKS if kind in there}
+    )
     page.legend(figure, marks, ncols=int(figure.get_figwidth() / 2.9))
     return figure
 
@@ -90,10 +92,10 @@ def anchors_of(simulation: Simulation) -> dict[int, dict[str, np.ndarray]]:
         if robot.floor in found or not robot.active:
             continue
         kinds = {
-            KEPT: view.spots[k, [KEEP]],
-            STAYED: view.spots[k, [WAIT]],
+            KEEPING: view.spots[k, [KEEP]],
+            STAYING: view.spots[k, [WAIT]],
             WAY_OUT: marks[k, view.outs],
-            FOOT: marks[k, view.feet],
+            FOOT_OF_STAIRS: marks[k, view.feet],
             GUARDED: marks[k, view.rims],
             LOST: marks[k, view.rims.stop :],
         }
@@ -110,9 +112,9 @@ def _there(spots: np.ndarray) -> np.ndarray:
 def _draw_anchors(axes: Axes, by_kind: dict[str, np.ndarray]) -> None:
     """Draw all anchors of a robot, and a line to where it is headed."""
     for kind, spots in by_kind.items():
-        axes.plot(*spots.T, clip_on=False, **LOOKS[kind])
-    if KEPT in by_kind:
-        way = np.concatenate([by_kind[STAYED], by_kind[KEPT]])
+        axes.plot(*spots.T, clip_on=False, **ANCHOR_LOOKS[kind])
+    if KEEPING in by_kind:
+        way = np.concatenate([by_kind[STAYING], by_kind[KEEPING]])
         axes.plot(*way.T, color=INK, lw=0.8, ls=(0, (4, 2)), zorder=4)
 
 
@@ -121,4 +123,4 @@ def _draw_people(simulation: Simulation, panels: dict[int, Axes]) -> None:
     bodies = simulation.world.bodies
     for floor, axes in panels.items():
         here = bodies.walking & (bodies.floor == floor)
-        axes.plot(*bodies.position[here].T, **LOOKS[PERSON])
+        axes.plot(*bodies.position[here].T, **ANCHOR_LOOKS[PERSON])

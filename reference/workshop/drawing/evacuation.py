@@ -261,11 +261,11 @@ def _note(axes: Axes, words: str, x: float, y: float, size: float) -> Text:
 
 
 def paint_floors(
-    axes: Axes, building: Building, metre: float, ends: Sequence[str] = ()
+    axes: Axes, building: Building, metre: float, names: Sequence[str] = ()
 ) -> np.ndarray:
     """Paint all floors on the same axes, and a scale; return each one's move.
 
-    metre: in points, about;  ends: of each floor's name, which may be shortened before
+    metre: in points, about;  names: of the floors, if not their titles
     moves: (floors, 2) metres from the building to the axes
     """
     left, right, low, high = page.extent_of(building)
@@ -278,9 +278,8 @@ def paint_floors(
     for floor, (x, y) in enumerate(moves):
         extent = (left + x, right + x, low + y, high + y)
         axes.imshow(page.paint(building.kind[floor]), extent=extent)
-        end = ends[floor] if ends else ""
-        name = page.shortened(page.floor_title(building, floor), letters - len(end))
-        name += end
+        name = names[floor] if names else page.floor_title(building, floor)
+        name = page.shortened(name, letters)
         axes.annotate(name, (left + x, high + y), (0, 3), textcoords="offset points")
     axes.set_xlim(left, right + max(moves[:, 0]))
     axes.set_ylim(low + min(moves[:, 1]), high)
