@@ -391,7 +391,7 @@ def test_crosses_are_where_people_died_and_headings_say_how_many(huts):
         death = played[name][0].deaths[0]
         assert crosses.get_offsets().tolist() == [[death.x, death.y]]
         texts = [t.get_text() for t in axes.texts if isinstance(t, Annotation)]
-        assert "Floor 1: 10.0 die" in texts
+        assert "Floor 1: 10 die" in texts
         assert f"{name}: 75.0 [75.0, 75.0] % survive" in writing(axes)[-1]
     assert "0.0 [0.0, 0.0] points against hut.txt" in "\n".join(writing(figure))
     curve = figure.axes[0]

@@ -78,8 +78,8 @@ def resume_in_buildings(
     path = folder / BUILDINGS_FILE
     if not path.exists():
         return _by_name([matches.resume_evaluation(folder, robots, fires)])
+    kept = read_json(path).get("buildings")
     with errors_naming(path):
-        kept = read_json(path).get("buildings")
         buildings = checked_value("buildings", kept, tuple[str, ...])
     folders = [_folder_of(folder, k) for k in range(len(buildings))]
     begun = [matches.resume_evaluation(each, robots, fires) for each in folders]

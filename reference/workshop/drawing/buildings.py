@@ -142,7 +142,11 @@ def _draw_floors(
         for floor, x, y in run.deaths:
             deaths[(floor, *building.cell(x, y))] += 1
     counts = deaths.sum(axis=(1, 2)) / len(runs)
-    names = [f"Floor {k}: {count:.1f} die" for k, count in enumerate(counts, 1)]
+    # a narrow floor has room for no more digits
+    names = [
+        f"Floor {k}: {count:.{1 if count < 9.95 else 0}f} die"
+        for k, count in enumerate(counts, 1)
+    ]
     moves = paint_floors(axes, building, metre, names)
     for floor, (x, y) in enumerate(moves.tolist()):
         mark_deaths(axes, building, deaths[floor], len(runs), (x, y))
