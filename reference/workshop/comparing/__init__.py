@@ -2,7 +2,7 @@
 
 Cross-play is `named` (who plays), `matches` (what is
 evaluated), `runs` (all of them played) and `results` (what they come to, by
-`intervals`).  An experiment is `design` (one file), `jobs` (train, test) and `report`
+`intervals`); `buildings` does so in several.  An experiment is `design` (one file), `jobs` (train, test) and `report`
 (a page).
 
     evaluation = begin_evaluation(robots=("sweep", "patrol"), fires=("random",))
