@@ -140,6 +140,7 @@ def test_torch_is_loaded_by_nothing_that_does_not_learn(command, tmp_path):
         "check tiny",
         "floors",
         "draw tiny -o tiny.png",
+        "draw tiny --view anchors -o tiny.png",
         "evacuate --building tiny --people 2 --robots sweep --episodes 2",
         "evaluate --help",
         pytest.param("--animate film.html", marks=pytest.mark.slow),

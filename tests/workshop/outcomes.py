@@ -21,5 +21,6 @@ def result(
         "times": in_order,
         "mean_health": 80.0 if out else None,
         "simulated_seconds": 200.0,
+        "deaths": (),
     }
     return RunResult(robots, fire, seed, **facts | changes)

@@ -357,8 +357,8 @@ def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
         ("runs.csv", "robots,fire,", "fire,", "is no table of these runs"),
         (
             "runs.csv",
-            "times\n",
-            "times\nsweep,random\n",
+            "times,deaths\n",
+            "times,deaths\nsweep,random\n",
             "runs.csv:2: this row is damaged",
         ),
     ],

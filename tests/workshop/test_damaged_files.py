@@ -24,6 +24,11 @@ from reference.workshop.comparing import (
     play_evaluation,
     resume_evaluation,
 )
+from reference.workshop.comparing.buildings import (
+    begin_in_buildings,
+    play_in_buildings,
+    resume_in_buildings,
+)
 from reference.workshop.drawing.curves import read_summaries as read_summaries
 from reference.workshop.storage.files import read_json
 from reference.workshop.storage.records import record_from
@@ -126,6 +131,12 @@ OURS = {
 KINDS = {
     "evaluation.json": Kind("evaluation/evaluation.json", _evaluation, "evaluation"),
     "runs.csv": Kind("evaluation/runs.csv", _evaluation),
+    "buildings.json": Kind(
+        "both/buildings.json",
+        lambda p: resume_in_buildings(p.parent, (), ()),
+        "both",
+        cases=50,
+    ),
     "settings": Kind("settings.yaml", lambda p: read_yaml(p, preset("tiny")), cases=50),
     "summaries.csv": Kind("run/summaries.csv", read_summaries),
     "checkpoint played": Kind("run/checkpoint-000002.pt", LearnedRobots, cases=50),
@@ -147,6 +158,9 @@ def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
     few = begin_evaluation(("none",), ("none", "random"), "tiny", people=2, episodes=1)
     play_evaluation(few, folder / "evaluation", InProcess())
+    both = begin_in_buildings(("tiny", "museum"), ("none",), ("none",), people=2)
+    with suppress(KeyboardInterrupt):
+        play_in_buildings(both, folder / "both", Stopped())
     shutil.copy(ROOT / "tutorials" / "experiments" / "tiny.toml", folder)
     write(tomllib.loads((folder / "tiny.toml").read_text()), folder / "tiny.json")
     unity = parts_of(ROOT / "tests" / "workshop" / "trainers" / "unity.yaml")

@@ -38,7 +38,7 @@ from reference.workshop.strategies.guides import Sweep
 from reference.world import Fate, Mode
 
 TINY = shipped("tiny")
-VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
+VIEWS = ("top", "oblique", "walkable", "closeup", "graph", "anchors")
 
 
 @cache
@@ -106,7 +106,7 @@ def test_the_legend_names_no_kind_that_does_not_occur():
 
 @pytest.mark.paper("A8")
 @pytest.mark.parametrize("view", VIEWS)
-@pytest.mark.parametrize("name", ["paper", "tower", "maze"])
+@pytest.mark.parametrize("name", ["paper", "tower", "maze", "school"])
 def test_nothing_is_clipped_in_any_view_of_any_building(name, view):
     """One storey or five, wide or tall: all that is drawn lies inside its page."""
     assert_on_page(drawn(view, name))

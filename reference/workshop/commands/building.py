@@ -17,9 +17,10 @@ from reference.workshop.maps import MistakesError, find_map, load, shipped_floor
 from reference.workshop.maps.semantics import touching
 from reference.workshop.storage.files import message_of, read_text
 
-VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
+VIEWS = ("top", "oblique", "walkable", "closeup", "graph", "anchors")
 VIEW_HELP = (
-    "walkable: where one may walk; closeup: a door, an exit, stairs; default: top"
+    "walkable: where one may walk; closeup: a door, an exit, stairs; anchors: what "
+    "robots that learn choose between; default: top"
 )
 LOOK_SECONDS = 0.3  # seconds between two looks at a watched file
 WATCH = options.flag("--watch", "again each time the file is saved; Ctrl-C ends")

@@ -1,15 +1,18 @@
-"""The command evaluate: all robots against all fires, by one ruler."""
+"""The command evaluate: all robots against all fires, in one building or several."""
 
 from argparse import Namespace
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import paper_ruler
 from reference.workshop.commands import options
 from reference.workshop.commands.common import print_note, print_report, run_in_folder
-from reference.workshop.comparing import matches, results, runs
+from reference.workshop.comparing import buildings, matches, results
+from reference.workshop.comparing.buildings import Evaluations, Played
 from reference.workshop.comparing.matches import Arena, Evaluation
 from reference.workshop.comparing.results import Baseline, Cell
 from reference.workshop.comparing.runs import RunResult
@@ -29,7 +32,7 @@ NO_BASELINE = (
     "      --baseline sweep --episodes 10 --out out/evaluation",
     options.player("robots", "default: sweep", nargs="+"),
     options.player("fire", "default: random", nargs="+"),
-    options.BUILDING,
+    options.BUILDINGS,
     options.PEOPLE_OPTION,
     options.SCENARIO,
     options.number(
@@ -62,36 +65,78 @@ def evaluate(arguments: Namespace) -> None:
     with run_in_folder(
         arguments, out, partial(_begin_or_resume, arguments), *same
     ) as work:
-        evaluation, executor = work
-        if baseline and baseline not in evaluation.robots:
+        evaluations, executor = work
+        robots = next(iter(evaluations.values())).robots
+        if baseline and baseline not in robots:
             told = f"--baseline {baseline}: add it to --robots."
-            raise ContradictionError(told + did_you_mean(baseline, evaluation.robots))
-        print_note(evaluation.about())
-        for line in matches.notes(evaluation):
-            print_note(line)
-        played = runs.play_evaluation(evaluation, out, executor)
-        _print_and_keep(arguments, evaluation, played)
+            raise ContradictionError(told + did_you_mean(baseline, robots))
+        for evaluation in evaluations.values():
+            print_note(evaluation.about())
+            for line in matches.notes(evaluation):
+                print_note(line)
+        played = buildings.play_in_buildings(evaluations, out, executor)
+        if len(evaluations) > 1:
+            _print_and_keep_all(arguments, evaluations, played)
+        else:
+            (evaluation,) = evaluations.values()
+            (found,) = played.values()
+            summary = _sum_up(arguments, evaluation, found)
+            print_report(arguments, summary.report, summary.text())
+            if out:  # last: whatever cannot be written, the table has been told
+                _keep(out, summary)
+                print_note(f"tables and pictures are in {out}")
 
 
-def _begin_or_resume(arguments: Namespace) -> Evaluation:
-    """Begin an evaluation, or resume one with further robots and fires."""
+def _begin_or_resume(arguments: Namespace) -> dict[str, Evaluation]:
+    """Begin an evaluation in each building, or resume with further robots and fires."""
     asked = options.evaluation_options(arguments)
     robots = arguments.robots or ()
     fires = arguments.fire or ()
-    if arguments.resume:
-        begun = matches.resume_evaluation(arguments.out, robots, fires)
-        stated = asked.get("scenario", {})
-        arena = {"building": begun.arena.building, "people": begun.arena.people}
-        arena["scenario"] = kept_fields(begun.arena.scenario, stated)
-        refuse_options(asked, vars(begun) | arena)
-        return begun
-    return matches.begin_evaluation(robots or ["sweep"], fires or ["random"], **asked)
+    if not arguments.resume:
+        where = asked.pop("building", [])
+        return buildings.begin_in_buildings(
+            where, robots or ["sweep"], fires or ["random"], **asked
+        )
+    begun = buildings.resume_in_buildings(arguments.out, robots, fires)
+    where = [evaluation.arena.building for evaluation in begun.values()]
+    stated = asked.get("scenario", {})
+    for evaluation in begun.values():
+        arena = {"building": where, "people": evaluation.arena.people}
+        arena["scenario"] = kept_fields(evaluation.arena.scenario, stated)
+        refuse_options(asked, vars(evaluation) | arena)
+    return begun
 
 
-def _print_and_keep(
-    arguments: Namespace, evaluation: Evaluation, played: list[RunResult]
-) -> None:
-    """Print and keep what the runs come to."""
+@dataclass(frozen=True)
+class Summary:
+    """What the runs in one building come to; report: for programs."""
+
+    evaluation: Evaluation
+    played: Sequence[RunResult]
+    baseline: Baseline | None
+    cells: list[Cell]
+    report: dict[str, Any]
+
+    def text(self) -> str:
+        """Write all of it for people."""
+        ruler = paper_ruler()
+        baseline = self.baseline
+        lines = [
+            self.evaluation.about(),
+            *self.report["notes"],
+            results.table(self.cells, baseline=baseline.robots if baseline else None),
+            "[95 % bootstrap intervals over runs]",
+            f"score E: by the paper's ruler, on which 1 is the paper's baseline in the "
+            f"paper's building: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}",
+            baseline.about() if baseline else NO_BASELINE,
+        ]
+        return "\n".join(lines)
+
+
+def _sum_up(
+    arguments: Namespace, evaluation: Evaluation, played: Sequence[RunResult]
+) -> Summary:
+    """Sum up all runs in one building."""
     arena = evaluation.arena
     ruler = paper_ruler()
     baseline = None
@@ -102,19 +147,53 @@ def _print_and_keep(
         played, ruler, arguments.baseline, baseline.ruler if baseline else None
     )
     report = results.evaluation_as_json(evaluation, ruler, cells, baseline)
+    return Summary(evaluation, played, baseline, cells, report)
+
+
+def _keep(folder: Path, summary: Summary) -> None:
+    """Write table and pictures beside the runs in one building."""
+    write_json(folder / "cells.json", summary.report)
+    arena = summary.evaluation.arena
+    _draw(folder, arena, summary.baseline, summary.cells, summary.played)
+
+
+def _print_and_keep_all(
+    arguments: Namespace, evaluations: Evaluations, played: Played
+) -> None:
+    """Print and keep what several buildings come to, and their differences."""
+    summaries = {
+        name: _sum_up(arguments, evaluation, played[name])
+        for name, evaluation in evaluations.items()
+    }
+    figures = buildings.compare_buildings(evaluations, played)
+    report = {
+        "buildings": [summary.report for summary in summaries.values()],
+        "comparison": [results.cell_as_json(each) for each in figures],
+    }
+    notes = [note for each in summaries.values() for note in each.report["notes"]]
     text = [
-        evaluation.about(),
-        *report["notes"],
-        results.table(cells, baseline=baseline.robots if baseline else None),
-        "[95 % bootstrap intervals over runs]",
-        f"score E: by the paper's ruler, on which 1 is the paper's baseline in the "
-        f"paper's building: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}",
-        baseline.about() if baseline else NO_BASELINE,
+        *(f"{name}: {each.about()}" for name, each in evaluations.items()),
+        *dict.fromkeys(notes),
+        buildings.table_of_buildings(figures),
+        "[95 % bootstrap intervals over runs; of differences, over seeds]",
+        "half out, last out: of those who got out; died on floor: people a run",
+        "reward, h and E are of one building each: --json and --out tell them",
     ]
     print_report(arguments, report, "\n".join(text))
-    if arguments.out:  # last: whatever cannot be written, the table has been told
-        write_json(arguments.out / "cells.json", report)
-        _draw(arguments.out, arena, baseline, cells, played)
+    out = arguments.out
+    if not out:
+        return
+    for name, folder in buildings.folders_of(evaluations, out).items():
+        if folder:
+            _keep(folder, summaries[name])
+    write_json(out / "comparison.json", report)
+
+    from reference.workshop.drawing import save
+    from reference.workshop.drawing.buildings import side_by_side
+
+    drawn = {name: each.arena.drawn for name, each in evaluations.items()}
+    save(side_by_side(drawn, played, figures), out / "buildings.png")
+    print_note(f"tables and pictures are in {out}, those of a building below it")
 
 
 def _draw(
@@ -122,7 +201,7 @@ def _draw(
     arena: Arena,
     baseline: Baseline | None,
     cells: list[Cell],
-    played: list[RunResult],
+    played: Sequence[RunResult],
 ) -> None:
     """Draw pictures beside the runs; E on the baseline's ruler, if there is one."""
     from reference.workshop.drawing import crossplay, save
@@ -139,4 +218,3 @@ def _draw(
     best = best_reward(arena.drawn, arena.people)
     save(curve(ruler, best), folder / "ruler.png")
     save(contours(ruler, cells, one), folder / "scores.png")
-    print_note(f"tables and pictures are in {folder}")

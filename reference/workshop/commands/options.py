@@ -191,12 +191,13 @@ def building(default: str) -> Option:
     return option("--building", f"where; default: {default}", metavar="MAP")
 
 
-BUILDING = option(
-    "--building",
+BUILDING_HELP = (
     "where, and under what scenario; default: those in which the checkpoints learned, "
-    "which must agree, else paper and its scenario",
-    metavar="MAP",
+    "which must agree, else paper and its scenario"
 )
+BUILDING = option("--building", BUILDING_HELP, metavar="MAP")
+SEVERAL_HELP = f"{BUILDING_HELP}; several are compared with the first"
+BUILDINGS = option("--building", SEVERAL_HELP, nargs="+", metavar="MAP")
 SCENARIO = scenario("the checkpoints', else the paper's")
 PEOPLE_HELP = f"default: the checkpoints', else {paper.PEOPLE}"
 PEOPLE_OPTION = number("--people", 1, PEOPLE_HELP, most=paper.MOST)

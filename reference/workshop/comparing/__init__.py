@@ -1,9 +1,9 @@
 """Compare: robots x fires x seeds with intervals, and whole experiments.
 
-Cross-play is `named` (who plays), `matches` (what is
-evaluated), `runs` (all of them played) and `results` (what they come to, by
-`intervals`).  An experiment is `design` (one file), `jobs` (train, test) and `report`
-(a page).
+Cross-play is `named` (who plays), `matches` (what is evaluated), `runs` (all of them
+played) and `results` (what they come to, by `intervals`); `buildings` does so in
+several.  An experiment is `design` (one file), `jobs` (train, test) and `report` (a
+page).
 
     evaluation = begin_evaluation(robots=("sweep", "patrol"), fires=("random",))
     with workers(2) as executor:

@@ -321,14 +321,14 @@ def scenario_as_json(arena: Arena) -> dict[str, Any]:
     return {name: list(v) if isinstance(v, tuple) else v for name, v in changes}
 
 
-def cell_as_json(cell: Cell) -> dict[str, Any]:
-    """A cell's figures by name, each with the ends of its interval."""
-    return {
-        name: {
-            end: round(number, DECIMALS_WRITTEN)
-            for end, number in value._asdict().items()
-        }
-        if isinstance(value, Interval)
-        else value
-        for name, value in vars(cell).items()
-    }
+def cell_as_json(cell: Any) -> dict[str, Any]:
+    """A record's figures by name, each with the ends of its interval."""
+    return {name: _plain(value) for name, value in vars(cell).items()}
+
+
+def _plain(value: Any) -> Any:
+    """An interval as an object of rounded numbers; several as a list."""
+    if isinstance(value, Interval):
+        ends = value._asdict()
+        return {name: round(end, DECIMALS_WRITTEN) for name, end in ends.items()}
+    return [*map(_plain, value)] if isinstance(value, tuple) else value

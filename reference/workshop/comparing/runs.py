@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from tqdm import tqdm
 
@@ -20,13 +20,14 @@ from reference.evaluation.difficulty import (
     hardest,
     people_in,
 )
+from reference.navigation import navigation_of
 from reference.simulation import Simulation
 from reference.workshop.comparing import matches
 from reference.workshop.comparing.matches import Arena, Evaluation, RunKey
 from reference.workshop.engine import make_ready, to_the_end
 from reference.workshop.storage.files import Table, make_folder, read_number, read_table
 from reference.workshop.storage.workers import chunks, map_as_done
-from reference.world import Evacuated
+from reference.world import Died, Evacuated
 
 RUNS_FILE = "runs.csv"
 RUNS_PER_JOB = 16  # at most: fewer where workers would wait
@@ -34,6 +35,14 @@ RUNS_PER_JOB = 16  # at most: fewer where workers would wait
 JOBS_PER_WORKER = 4
 DECIMALS_WRITTEN = 6  # of a number that is written, after the point
 NO_FIRE = "none"
+
+
+class Death(NamedTuple):
+    """Where somebody died: floor, 0 is the first, and the middle of a cell, metres."""
+
+    floor: int
+    x: float
+    y: float
 
 
 @dataclass(frozen=True)
@@ -46,6 +55,7 @@ class RunResult:
                       mean_health, of those who got out [F12, chosen]
     simulated_seconds  until nobody was inside, or time was up
     times             s, when each got out, ascending
+    deaths            where each died, in the order of their deaths
     """
 
     robots: str
@@ -62,11 +72,17 @@ class RunResult:
     mean_health: float | None
     simulated_seconds: float
     times: tuple[float, ...]
+    deaths: tuple[Death, ...]
 
     @property
     def run(self) -> RunKey:
         """What the result is of."""
         return self.robots, self.fire, self.seed
+
+    @property
+    def half_out(self) -> float | None:
+        """When half of those who got out were out, s; None if nobody did."""
+        return self.times[(len(self.times) - 1) // 2] if self.times else None
 
 
 def play_evaluation(
@@ -144,10 +160,28 @@ def _play(run: RunKey, simulation: Simulation) -> RunResult:
         mean_health=round(outcome.mean_health, DECIMALS_WRITTEN) if times else None,
         simulated_seconds=round(outcome.simulated_seconds, DECIMALS_WRITTEN),
         times=times,
+        deaths=deaths_in(simulation),
+    )
+
+
+def deaths_in(simulation: Simulation) -> tuple[Death, ...]:
+    """List where people have died so far, in the order of their deaths [B7]."""
+    place = simulation.world.bodies.place
+    centres = navigation_of(simulation.building).centres
+    died = [event for event in simulation.events if isinstance(event, Died)]
+    return tuple(
+        Death(event.floor, *centres[place[event.person]].tolist()) for event in died
     )
 
 
 # -- The table ----------------------------------------------------------------------
+
+
+def _read_death(words: str) -> Death:
+    """Read floor:x:y. Raises ValueError."""
+    floor, x, y = words.split(":")
+    return Death(int(floor), read_number(x), read_number(y))
+
 
 READERS: dict[Any, Callable[[str], Any]] = {
     str: str,
@@ -155,6 +189,7 @@ READERS: dict[Any, Callable[[str], Any]] = {
     float: read_number,
     float | None: lambda cell: read_number(cell) if cell else None,
     tuple[float, ...]: lambda cell: tuple(map(read_number, cell.split())),
+    tuple[Death, ...]: lambda cell: tuple(map(_read_death, cell.split())),
 }
 """How a cell is read, by the type of its column."""
 
@@ -204,6 +239,7 @@ def contradiction(result: RunResult, arena: Arena) -> str:
         or _contradiction_of_times(result, arena)
         or _contradiction_of_health(result, arena)
         or _contradiction_of_reward(result, arena)
+        or _contradiction_of_deaths(result, arena)
     )
 
 
@@ -278,6 +314,25 @@ def _contradiction_of_reward(result: RunResult, arena: Arena) -> str:
     return ""
 
 
+def _contradiction_of_deaths(result: RunResult, arena: Arena) -> str:
+    """Check that everybody who died did so where one can be."""
+    if len(result.deaths) != result.died:
+        return f"{len(result.deaths)} deaths, but {result.died} people died"
+    walkable = arena.drawn.walkable
+    for death in result.deaths:
+        cell = (death.floor, *arena.drawn.cell(death.x, death.y))
+        sizes = zip(cell, walkable.shape, strict=True)
+        if not all(0 <= k < size for k, size in sizes) or not walkable[cell]:
+            return f"nobody can have died at {_death_in_words(death)}"
+    return ""
+
+
 def row_of(result: RunResult) -> dict[str, object]:
-    """A row of the table: None is an empty cell, times have spaces between."""
-    return {**vars(result), "times": " ".join(map(str, result.times))}
+    """A row of the table: None is an empty cell; spaces between times, and deaths."""
+    times = " ".join(map(str, result.times))
+    deaths = " ".join(map(_death_in_words, result.deaths))
+    return {**vars(result), "times": times, "deaths": deaths}
+
+
+def _death_in_words(death: Death) -> str:
+    return f"{death.floor}:{death.x:g}:{death.y:g}"

@@ -1,9 +1,9 @@
 """Pictures of buildings, evacuations and results: figures, and films.
 
 Each of the paper's figures has a counterpart here [A8]; none needs a display.  Read
-`page` first, then `plans` and `relief` (buildings), `evacuation`, `web_film` and
-`film`.  In a notebook, `%load_ext reference.workshop.drawing` shows buildings and
-simulations.
+`page` first, then `plans` and `relief` (buildings), `choices` (what robots choose
+between), `evacuation`, `web_film` and `film`.  In a notebook, `%load_ext
+reference.workshop.drawing` shows buildings and simulations.
 """
 
 from io import BytesIO
@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from reference.building import Building
 from reference.simulation import Simulation
+from reference.workshop.drawing.choices import anchors
 from reference.workshop.drawing.crowding import crowding_map
 from reference.workshop.drawing.evacuation import Tally, frame, history_of, tally
 from reference.workshop.drawing.film import animate

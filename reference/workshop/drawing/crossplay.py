@@ -10,8 +10,10 @@ from textwrap import fill
 
 import numpy as np
 from matplotlib import color_sequences
+from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.rcsetup import cycler
 from matplotlib.ticker import PercentFormatter
 
@@ -90,15 +92,21 @@ def evacuation_curves(results: Sequence[RunResult]) -> Figure:
         axes.set_prop_cycle(LINE_STYLES)
         for name in robots:
             runs = [run for run in results if run.run[:2] == (name, fire)]
-            out = [np.searchsorted(r.times, t, "right") / r.people for r in runs]
-            mean, low, high = (
-                100 * line for line in intervals_of_columns(np.stack(out))
-            )
-            (line,) = axes.plot(t, mean, lw=1.9, label=fill(name, 24))
-            axes.fill_between(t, low, high, color=line.get_color(), alpha=0.16, lw=0)
+            plot_who_is_out(axes, runs, t, fill(name, 24))
 
     letters = min(24, max(map(len, robots)))
     entry = 0.8 + 0.07 * letters  # inches
     columns = min(4, int(width / entry))
     legend(page, axes.lines, ncols=columns, handlelength=3.6)
     return page
+
+
+def plot_who_is_out(
+    axes: Axes, runs: Sequence[RunResult], t: np.ndarray, label: str
+) -> Line2D:
+    """Plot how many people are out at times t (s), per cent: a mean and its band."""
+    out = [np.searchsorted(run.times, t, "right") / run.people for run in runs]
+    mean, low, high = (100 * line for line in intervals_of_columns(np.stack(out)))
+    (line,) = axes.plot(t, mean, lw=1.9, label=label)
+    axes.fill_between(t, low, high, color=line.get_color(), alpha=0.16, lw=0)
+    return line

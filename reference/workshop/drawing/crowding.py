@@ -1,16 +1,20 @@
 """Where people were dense and where they died, on the floors of `plans` [A8] [B7]."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from reference.building import Kind
+from reference.building import Building, Kind
 from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import INK
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.workshop.measuring.crowding import SQUARE, Crowding
 
 _INKS = COLOURS[Kind.FLOOR], "#e5a9c6", "#b3437f", "#5e1150"
+CROSS: dict[str, Style] = {
+    "died here (larger: more people)": {"ls": "", "marker": "x", "color": INK}
+}
 DENSITY_COLOURS = LinearSegmentedColormap.from_list("density", _INKS)
 
 
@@ -35,15 +39,28 @@ def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
         apart = building.kind[floor] != Kind.FLOOR  # doors keep their colours
         seen = np.ma.masked_where(apart, density[floor])
         image = axes.imshow(seen, **look)
-        cells = np.argwhere(deaths[floor])
-        x, y = building.metres(*cells.T)
-        here = deaths[floor][tuple(cells.T)]
-        sizes = 22 * here / runs**0.5
-        axes.scatter(x, y, np.clip(sizes, 4, None), color=INK, marker="x", zorder=3)
+        mark_deaths(axes, building, deaths[floor], runs)
 
     label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
     figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
-    cross: Style = {"ls": "", "marker": "x", "color": INK}
-    died = {"died here (larger: more people)": cross} if deaths.any() else {}
-    page.legend(figure, [*page.swatches(building.kind), *page.samples(died)])
+    died = page.samples(CROSS if deaths.any() else {})
+    page.legend(figure, [*page.swatches(building.kind), *died])
     return figure
+
+
+def mark_deaths(
+    axes: Axes,
+    building: Building,
+    deaths: np.ndarray,
+    runs: int,
+    move: tuple[float, float] = (0.0, 0.0),
+) -> None:
+    """Put a cross on each cell of a floor, the larger the more died there in all runs.
+
+    deaths: (rows, cols) how many;  move: of the floor on the axes, metres
+    """
+    cells = np.argwhere(deaths)
+    x, y = building.metres(*cells.T)
+    sizes = 22 * deaths[tuple(cells.T)] / runs**0.5
+    look: Style = {"color": INK, "marker": "x", "zorder": 3}
+    axes.scatter(x + move[0], y + move[1], np.clip(sizes, 4, None), **look)

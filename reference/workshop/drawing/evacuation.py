@@ -115,7 +115,7 @@ class Scene:
         look: Style = {"height_ratios": (high, 1), "squeeze": False}
         pairs = self.figure.subplots(2, count, **look).T
         for (axes, curve), heading in zip(pairs, headings, strict=True):
-            moves = _paint_floors(axes, building, 72 * high / down)
+            moves = paint_floors(axes, building, 72 * high / down)
             _write_heading(axes, heading or building.title, letters)
             curve.set(xlim=(0, paper.health_seconds()), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")
@@ -148,7 +148,7 @@ class EvacuationPanel:
     """One evacuation on a page: what moves on its floors, and its curves."""
 
     def __init__(self, axes: Axes, curve: Axes, building: Building, moves: np.ndarray):
-        """moves: (floors, 2) metres, see `_paint_floors`."""
+        """moves: (floors, 2) metres, see `paint_floors`."""
         self.axes = axes
         self.curve = curve
         self.building = building
@@ -260,10 +260,13 @@ def _note(axes: Axes, words: str, x: float, y: float, size: float) -> Text:
     return axes.annotate(words, (0, 1), (x, y), fontsize=size, in_layout=False, **at)
 
 
-def _paint_floors(axes: Axes, building: Building, metre: float) -> np.ndarray:
+def paint_floors(
+    axes: Axes, building: Building, metre: float, names: Sequence[str] = ()
+) -> np.ndarray:
     """Paint all floors on the same axes, and a scale; return each one's move.
 
-    metre: in points, about;  moves: (floors, 2) metres from the building to the axes
+    metre: in points, about;  names: of the floors, if not their titles
+    moves: (floors, 2) metres from the building to the axes
     """
     left, right, low, high = page.extent_of(building)
     _, columns = page.arranged(building, building.floors)
@@ -275,7 +278,8 @@ def _paint_floors(axes: Axes, building: Building, metre: float) -> np.ndarray:
     for floor, (x, y) in enumerate(moves):
         extent = (left + x, right + x, low + y, high + y)
         axes.imshow(page.paint(building.kind[floor]), extent=extent)
-        name = page.shortened(page.floor_title(building, floor), letters)
+        name = names[floor] if names else page.floor_title(building, floor)
+        name = page.shortened(name, letters)
         axes.annotate(name, (left + x, high + y), (0, 3), textcoords="offset points")
     axes.set_xlim(left, right + max(moves[:, 0]))
     axes.set_ylim(low + min(moves[:, 1]), high)
@@ -290,19 +294,20 @@ def looks(metre: float) -> dict[str, Style]:
     mark = float(np.clip(metre, 5, 10))
     line: Style = {"ls": (0, (4, 2)), "lw": 0.8, "color": INK, "markevery": (1, 3)}
     return {
-        "follower": _marker("o", 0.9 * mark, STEPS[-1], INK, 0.7),
-        "leader": _marker("^", 1.1 * mark, STEPS[-1], INK, 0.7),
-        "robot": _marker("D", 1.05 * mark, "white", INK, 1.8) | {"zorder": 6},
+        "follower": marker("o", 0.9 * mark, STEPS[-1], INK, 0.7),
+        "leader": marker("^", 1.1 * mark, STEPS[-1], INK, 0.7),
+        "robot": marker("D", 1.05 * mark, "white", INK, 1.8) | {"zorder": 6},
         TRAIL: {"color": page.FAINT, "lw": 1.0, "alpha": 0.5, "zorder": 4},
-        "flames": _marker("s", 0.94 * metre, FLAME, EMBER, 0.6),
-        "ash": _marker("s", metre, ASH, ASH, 0.6) | {"zorder": 3},
-        "burnt door": _marker("s", 0.9 * metre, CHAR, FLAME, 1.0),
-        "fire source": _marker("*", 2.6 * mark, SOURCE, "white", 0.9),
-        "destination": _marker("+", 1.3 * mark, INK, INK, 1.4) | line,
-        "died here": _marker("x", 0.9 * mark, INK, INK, 1.6),
+        "flames": marker("s", 0.94 * metre, FLAME, EMBER, 0.6),
+        "ash": marker("s", metre, ASH, ASH, 0.6) | {"zorder": 3},
+        "burnt door": marker("s", 0.9 * metre, CHAR, FLAME, 1.0),
+        "fire source": marker("*", 2.6 * mark, SOURCE, "white", 0.9),
+        "destination": marker("+", 1.3 * mark, INK, INK, 1.4) | line,
+        "died here": marker("x", 0.9 * mark, INK, INK, 1.6),
     }
 
 
-def _marker(shape: Any, size: float, fill: str, edge: str, width: float) -> Style:
+def marker(shape: Any, size: float, fill: str, edge: str, width: float) -> Style:
+    """Choose the look of marks without a line; sizes in points."""
     colours = {"mfc": fill, "mec": edge, "mew": width}
     return {"ls": "", "marker": shape, "ms": size, "zorder": 4, **colours}

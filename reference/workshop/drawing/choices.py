@@ -1,0 +1,126 @@
+"""What a robot that learns chooses between: the anchors of each floor, by kind [C5].
+
+Ways out, feet of stairs and cells to guard belong to the map.  The others belong to a
+moment, and stand here for one: ten seconds into an evacuation that `Escort` guides.
+"""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from reference import paper
+from reference.building import Building, Kind
+from reference.fire import NoFire
+from reference.game.codec import PolicyCodec
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.workshop.anchors.frame import KEEP, WAIT, RobotView, robot_destinations
+from reference.workshop.drawing import page
+from reference.workshop.drawing.evacuation import FLAME, INK, STEPS, marker
+from reference.workshop.drawing.page import COLOURS, Style
+from reference.workshop.strategies.guides import Escort
+
+MOMENT = 10.0  # s, when people have begun to walk and robots are under way
+SEED = 0
+_PALE = 0.45  # of the floors
+
+KEEPING, STAYING = "keep: where the robot is headed", "stay: where it stands"
+WAY_OUT, FOOT_OF_STAIRS = "way out", "foot of stairs, where people come out"
+GUARDED, LOST = "where to guard a way from fire", "a person whom nobody leads"
+ROBOT, PERSON = "robot", "another person, no anchor"
+
+
+ANCHOR_LOOKS: dict[str, Style] = {
+    ROBOT: marker("D", 7, "white", INK, 1.8) | {"zorder": 6},
+    STAYING: marker("o", 13, "none", page.BLUE, 1.8) | {"zorder": 6},
+    KEEPING: marker("+", 13, INK, INK, 2) | {"zorder": 7},
+    WAY_OUT: marker("*", 15, COLOURS[Kind.EXIT], "white", 0.8) | {"zorder": 5},
+    FOOT_OF_STAIRS: marker("s", 7, COLOURS[Kind.ENTRANCE], "white", 1) | {"zorder": 5},
+    GUARDED: marker("h", 13, "none", FLAME, 2) | {"zorder": 4},
+    LOST: marker("o", 7, STEPS[-1], INK, 0.8) | {"zorder": 5},
+    PERSON: marker(".", 5, page.FAINT, page.FAINT, 1) | {"zorder": 3},
+}
+"""How kinds of anchors look, and what is no anchor; the upper have a higher zorder."""
+
+
+def anchors(building: Building) -> Figure:
+    """Draw what a robot on each floor chooses between, at a moment of an evacuation."""
+    simulation = moment_of(building)
+    title = f"{building.title}: what robots choose between"
+    figure, panels = page.floor_page(building, title, range(building.floors), _PALE)
+    found = anchors_of(simulation)
+    for floor, by_kind in found.items():
+        _draw_anchors(panels[floor], by_kind)
+        count = sum(len(spots) for spots in by_kind.values())
+        name = page.floor_title(building, floor)
+        panels[floor].set_title(f"{name}, {count} anchors")
+    _draw_people(simulation, panels)
+    for robot in simulation.world.robots:
+        panels[robot.floor].plot(*robot.position, **ANCHOR_LOOKS[ROBOT])
+
+    there = {kind for by_kind in found.values() for kind in by_kind} | {ROBOT, PERSON}
+    marks = page.samples(
+        {kind: ANCHOR_LOOKS[kind] for kind in ANCHOR_LOOKS if kind in there}
+    )
+    page.legend(figure, marks, ncols=int(figure.get_figwidth() / 2.9))
+    return figure
+
+
+def moment_of(building: Building) -> Simulation:
+    """Play the first seconds with a robot a floor, and as many people as may fit."""
+    cells = (building.kind == Kind.FLOOR).sum(axis=(1, 2))
+    people = min(paper.PEOPLE, int(cells.min()) * building.floors)
+    scenario = Scenario(people=people, robots_per_floor=1)
+    simulation = Simulation(building, scenario, Escort(), NoFire(), SEED)
+    while simulation.world.time < MOMENT and not simulation.done:
+        simulation.step()
+    return simulation
+
+
+def anchors_of(simulation: Simulation) -> dict[int, dict[str, np.ndarray]]:
+    """Find the anchors of the first robot of each floor: by kind (k, 2) metres."""
+    building = simulation.building
+    world = simulation.world
+    codec = PolicyCodec("robots", building, simulation.scenario)
+    (vectors,) = codec.observe([world])
+    view = RobotView(codec, vectors, robot_destinations(world), masks=False)
+    first_mark = WAIT + 1
+    marks = view.spots[:, first_mark:]
+
+    found = dict[int, dict[str, np.ndarray]]()
+    for k, robot in enumerate(world.robots):
+        if robot.floor in found or not robot.active:
+            continue
+        kinds = {
+            KEEPING: view.spots[k, [KEEP]],
+            STAYING: view.spots[k, [WAIT]],
+            WAY_OUT: marks[k, view.outs],
+            FOOT_OF_STAIRS: marks[k, view.feet],
+            GUARDED: marks[k, view.rims],
+            LOST: marks[k, view.rims.stop :],
+        }
+        there = {kind: _there(spots) for kind, spots in kinds.items()}
+        found[robot.floor] = {kind: s for kind, s in there.items() if len(s)}
+    return found
+
+
+def _there(spots: np.ndarray) -> np.ndarray:
+    """Leave out anchors that are not there, which are nan."""
+    return spots[~np.isnan(spots[:, 0])]
+
+
+def _draw_anchors(axes: Axes, by_kind: dict[str, np.ndarray]) -> None:
+    """Draw all anchors of a robot, and a line to where it is headed."""
+    for kind, spots in by_kind.items():
+        axes.plot(*spots.T, clip_on=False, **ANCHOR_LOOKS[kind])
+    if KEEPING in by_kind:
+        way = np.concatenate([by_kind[STAYING], by_kind[KEEPING]])
+        axes.plot(*way.T, color=INK, lw=0.8, ls=(0, (4, 2)), zorder=4)
+
+
+def _draw_people(simulation: Simulation, panels: dict[int, Axes]) -> None:
+    """Draw everybody who walks; anchors at people lie upon them."""
+    bodies = simulation.world.bodies
+    for floor, axes in panels.items():
+        here = bodies.walking & (bodies.floor == floor)
+        axes.plot(*bodies.position[here].T, **ANCHOR_LOOKS[PERSON])

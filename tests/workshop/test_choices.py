@@ -1,0 +1,106 @@
+"""The view of anchors: what a robot that learns chooses between."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from movies import shipped
+from pages import overlaps, writing
+
+from reference.building import Kind, lengths
+from reference.workshop import drawing
+from reference.workshop.anchors.frame import NEAREST_PEOPLE, robot_destinations
+from reference.workshop.anchors.settings import RobotsFrame
+from reference.workshop.drawing.choices import (
+    ANCHOR_LOOKS,
+    FOOT_OF_STAIRS,
+    GUARDED,
+    KEEPING,
+    LOST,
+    STAYING,
+    WAY_OUT,
+    anchors_of,
+    moment_of,
+)
+from reference.workshop.maps import load
+from reference.workshop.training.presets import preset
+
+SHIPPED = ("paper", "museum", "school", "tiny", "tower", "maze")
+HUT = """building: Hut
+size: 6 x 4
+floor 1:
+######
+#....#
+#....E
+######
+"""
+
+
+@pytest.mark.paper("C5", "chosen")
+@pytest.mark.parametrize("name", SHIPPED)
+def test_what_is_drawn_is_what_networks_read(name):
+    """Each robot's anchors, as many as may be chosen, where its numbers say."""
+    simulation = moment_of(shipped(name))
+    world = simulation.world
+    settings = replace(preset("tiny").robots, masks=False)
+    frame = RobotsFrame(simulation.building, simulation.scenario, settings)
+    (seen,) = frame.observe([world])
+    numbers = frame.numbers(seen, robot_destinations(world))
+    K = frame.anchors
+    found = anchors_of(simulation)
+    assert [*found] == [robot.floor for robot in world.robots if robot.active]
+    for robot, row in zip(world.robots, numbers, strict=True):
+        allowed = row[2 * K : 3 * K] > 0
+        units = row[: 2 * K].reshape(K, 2)[allowed]
+        spots = np.concatenate([*found[robot.floor].values()])
+        assert np.allclose((spots - robot.position) / 10, units, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_anchors_of_the_map_are_all_there_by_kind(name):
+    """Ways out are exits and stairs down; feet are where stairs end."""
+    building = shipped(name)
+    simulation = moment_of(building)
+    for floor, by_kind in anchors_of(simulation).items():
+        exits = [
+            mark
+            for mark in building.landmarks
+            if mark.kind is Kind.EXIT and mark.floor == floor
+        ]
+        down = [well for well in building.stairwells if well.leads_down(floor)]
+        ends = [well for well in building.stairwells if well.lowest == floor]
+        assert len(by_kind[WAY_OUT]) == len(exits) + len(down)
+        assert len(by_kind.get(FOOT_OF_STAIRS, ())) == len(ends)
+        assert len(by_kind[STAYING]) == 1
+        assert len(by_kind.get(KEEPING, ())) <= 1
+        assert GUARDED in by_kind
+        assert len(by_kind.get(LOST, ())) <= NEAREST_PEOPLE
+        bodies = simulation.world.bodies
+        here = bodies.position[bodies.walking & (bodies.floor == floor)]
+        for spot in by_kind.get(LOST, ()):
+            assert lengths(here - spot).min() < 1e-3
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_nothing_overlaps_and_every_floor_says_how_many(name):
+    """Neither legend nor titles, wide or tall."""
+    figure = drawing.anchors(shipped(name))
+    assert overlaps(figure) == []
+    for floor, by_kind in anchors_of(moment_of(shipped(name))).items():
+        count = sum(map(len, by_kind.values()))
+        assert figure.axes[floor].get_title(loc="left").endswith(f", {count} anchors")
+
+
+@pytest.mark.parametrize("text", [HUT, HUT.replace("....", "#..#", 1)])
+def test_a_hut_without_doors_and_stairs_is_drawn_too(text):
+    """Its legend names no feet of stairs, and no more people stand there than fit."""
+    building = load(text)
+    assert len(moment_of(building).world.bodies) <= 8
+    said = writing(drawing.anchors(building))
+    assert WAY_OUT in said and STAYING in said and FOOT_OF_STAIRS not in said
+
+
+def test_kinds_are_told_apart_by_their_shape():
+    """So that no colour is needed for it."""
+    shapes = [(look["marker"], look["mfc"] == "none") for look in ANCHOR_LOOKS.values()]
+    assert len({*shapes}) == len(shapes)
