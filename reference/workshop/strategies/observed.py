@@ -240,7 +240,9 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
 def at_way_out(building: Building, way: Landmark) -> Destination:
     """Find a point that means this way out and no other beside it [C6] [C7].
 
-    The stairwell's middle, or the exit itself, unless Eq. 1 leads away from there.
+    The stairwell's middle, or the exit itself, unless Eq. 1 leads away from there. If it
+    does from everywhere near the exit, the nearest place on foot that Eq. 1 keeps: there
+    robots say "follow me", and people see the exit.
     """
     if way.stairwell >= 0:
         return building.stairwells[way.stairwell].centre
@@ -252,7 +254,13 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
         target = actual_target(building, way.floor, *point)
         if said_on_the_way(building, way.floor, target) == way.index:
             return point
-    return way.position
+    floor = np.zeros(navigation_of(building).places, dtype=bool)
+    floor.reshape(building.floors, -1)[way.floor] = True
+    found = nearest_places(building, [way.index], floor & keeps_destination(building))
+    if not found:
+        return way.position
+    x, y = navigation_of(building).centres[found[0]].tolist()
+    return x, y
 
 
 def decisions_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
