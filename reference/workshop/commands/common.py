@@ -58,12 +58,10 @@ def run_in_folder(
     words: of the command line that resumes it, without --resume and --out
     meanwhile: what a pool's workers do while the run starts
     """
-    address = getattr(arguments, "cluster", None)  # of experiments only
-    pool = None
+    address: str = getattr(arguments, "cluster", None) or ""  # of experiments only
+    pool = None if address else workers(arguments.workers)
     if address:
         words += ("--cluster", address)
-    else:
-        pool = workers(arguments.workers)
     advice = "Nothing is kept without --out."
     if folder:
         advice = f"Go on with:\n  {shell_line(*words, '--resume', '--out', folder)}"
