@@ -7,6 +7,8 @@ import signal
 import time
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
+from importlib.util import find_spec
+from multiprocessing import active_children
 from pathlib import Path
 from subprocess import PIPE
 
@@ -15,6 +17,7 @@ from processes import python
 from trainings import begun, equal, tiny, trained
 
 from reference.__main__ import main
+from reference.workshop.commands.training import JOBS_NEED
 from reference.workshop.training import loop, starting
 from reference.workshop.training.checkpoints import (
     load_checkpoint,
@@ -214,6 +217,15 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
 
 
 HUT = "building: Hut\nsize: 5 x 5\nfloor 1:\n#####\n#...#\n#...E\n#...#\n#####\n"
+
+
+def test_a_training_that_cannot_be_leaves_no_workers(capsys):
+    """They have begun to load what its jobs would need, if it is there."""
+    assert [*map(find_spec, JOBS_NEED)].count(None) == 0
+    options = ("--settings", "missing.yaml", "--workers", "2")
+    assert status("train", *options) == 1
+    assert "missing.yaml" in capsys.readouterr().err
+    assert not active_children()
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from reference.rewards import group_reward
 from reference.workshop.storage.workers import (
     STOPS,
     InProcess,
+    import_early,
     map_as_done,
     stop_delayed,
     workers,
@@ -123,6 +124,27 @@ with workers(1) as pool:
     while not job.running():
         sleep(0.01)
 """
+
+
+def test_workers_import_what_is_slow_before_their_first_job():
+    """What is not there is no matter until a job needs it."""
+    modules = "{*__import__('sys').modules}"
+    with workers(1) as pool:
+        import_early(pool, ["colorsys", "nowhere"], most=9)
+        assert "colorsys" in pool.submit(eval, modules).result()
+        with pytest.raises(ModuleNotFoundError):
+            pool.submit(__import__, "nowhere").result()
+    with workers(0) as executor:
+        import_early(executor, ["nowhere"], most=1)
+
+
+def test_workers_that_import_end_with_the_pool():
+    """Though there never was a job; and twice, as if once."""
+    with workers(2) as pool, pool:
+        import_early(pool, ["torch"], most=9)
+        while len(started := active_children()) < 2:
+            time.sleep(0.001)
+    assert not any(process.is_alive() for process in started)
 
 
 def test_a_job_that_no_worker_has_read_is_not_waited_for():

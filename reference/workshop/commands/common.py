@@ -6,7 +6,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -45,20 +45,23 @@ def shell_line(*words: object) -> str:
 
 @contextmanager
 def run_in_folder(
-    arguments: Namespace, folder: Path | None, start: Callable[[], Any], *words: object
+    arguments: Namespace,
+    folder: Path | None,
+    start: Callable[[], Any],
+    *words: object,
+    meanwhile: Callable[[Executor], None] | None = None,
 ) -> Iterator[tuple[Any, Executor]]:
     """Start or resume a run in its folder; yield it and workers.
 
     When it is stopped, or a worker has died, it says how to go on.
 
     words: of the command line that resumes it, without --resume and --out
+    meanwhile: what a pool's workers do while the run starts
     """
-    address = getattr(arguments, "cluster", None)  # of experiments only
+    address: str = getattr(arguments, "cluster", None) or ""  # of experiments only
+    pool = None if address else workers(arguments.workers)
     if address:
         words += ("--cluster", address)
-        hands = cluster(address)
-    else:
-        hands = workers(arguments.workers)
     advice = "Nothing is kept without --out."
     if folder:
         advice = f"Go on with:\n  {shell_line(*words, '--resume', '--out', folder)}"
@@ -66,7 +69,13 @@ def run_in_folder(
         advice = f"Workers finish what they are at, and keep it. {advice}"
 
     try:
-        with locked(folder, arguments.resume, start) as run, hands as executor:
+        with ExitStack() as stack:
+            if pool and meanwhile:
+                stack.enter_context(pool)  # also if the run does not start
+                meanwhile(pool)
+            run = stack.enter_context(locked(folder, arguments.resume, start))
+            # last, so that it ends before the folder is unlocked
+            executor = stack.enter_context(pool or cluster(address))
             yield run, executor
     except BrokenExecutor as error:
         raise InputError(

@@ -19,9 +19,10 @@ from reference.workshop.comparing.named import PLAYER_NAMES, WORST
 from reference.workshop.storage.records import rows_of
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.storage.scenarios import list_keys
+from reference.workshop.storage.workers import import_early
 from reference.workshop.strategies import GUIDES
 from reference.workshop.strategies.own import CODE
-from reference.workshop.training.presets import PRESETS
+from reference.workshop.training.presets import PRESETS, preset
 from reference.workshop.training.summaries import SUMMARIES
 
 FIXED_HELP = "if given, this side does not learn; several play in turn"
@@ -30,6 +31,8 @@ ROBOT_NAMES, FIRE_NAMES = (
 )
 """Who can play the side that does not learn."""
 SETTING_ROWS = rows_of(SideSettings)
+JOBS_NEED = ("reference.workshop.training.loop", "reference.workshop.engine.going")
+"""What is slow to load in a worker: torch and numba."""
 TINY = "preset tiny ends before anything is learned; to learn, take --preset laptop"
 
 
@@ -81,10 +84,17 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
 )
 def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
+    if arguments.robots and arguments.fire:
+        raise ContradictionError("--robots, --fire: nobody learns. Leave one out.")
+    if arguments.robots and arguments.imitate:
+        raise ContradictionError("--robots, --imitate: nobody imitates. Leave one out.")
+
     out = arguments.out
-    with run_in_folder(
-        arguments, out, partial(_begin_or_resume, arguments), "train"
-    ) as work:
+    begin = partial(_begin_or_resume, arguments)
+    # As many as there are jobs; whatever settings say, others start with their first.
+    most = preset(arguments.preset or "laptop").jobs_per_round
+    load = partial(import_early, modules=JOBS_NEED, most=most)
+    with run_in_folder(arguments, out, begin, "train", meanwhile=load) as work:
         from reference.workshop.training import loop  # loads torch
 
         training, executor = work
@@ -114,11 +124,7 @@ def train(arguments: Namespace) -> None:
 
 def _begin_or_resume(arguments: Namespace) -> Any:
     """Begin a training, or resume the one in the folder."""
-    if arguments.robots and arguments.fire:
-        raise ContradictionError("--robots, --fire: nobody learns. Leave one out.")
-    if arguments.robots and arguments.imitate:
-        raise ContradictionError("--robots, --imitate: nobody imitates. Leave one out.")
-    from reference.workshop.training import starting  # with torch, after the refusals
+    from reference.workshop.training import starting  # loads torch
 
     if not arguments.resume:
         return starting.begin_training(arguments)

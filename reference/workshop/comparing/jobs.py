@@ -27,7 +27,12 @@ from reference.workshop.comparing.runs import RunResult, play_evaluation
 from reference.workshop.engine import make_ready
 from reference.workshop.storage.files import make_folder, read_json, write_json
 from reference.workshop.storage.runs import locked, refuse_numbers
-from reference.workshop.storage.workers import InProcess, map_as_done, one_thread
+from reference.workshop.storage.workers import (
+    InProcess,
+    import_early,
+    map_as_done,
+    one_thread,
+)
 from reference.workshop.strategies import SHIPPED
 from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import (
@@ -88,6 +93,7 @@ def finish_trainings(
     left = [name for name in own if name not in done]
     jobs = [(experiment.trainings[name], str(own[name])) for name in left]
     if jobs:
+        import_early(executor, (__name__, "reference.workshop.engine.going"), len(jobs))
         make_ready()
     failed = dict[str, str]()
     with tqdm(total=len(own), initial=len(done), unit="training", disable=None) as bar:

@@ -26,7 +26,7 @@ from reference.workshop.comparing import matches
 from reference.workshop.comparing.matches import Arena, Evaluation, RunKey
 from reference.workshop.engine import make_ready, to_the_end
 from reference.workshop.storage.files import Table, make_folder, read_number, read_table
-from reference.workshop.storage.workers import chunks, map_as_done
+from reference.workshop.storage.workers import chunks, import_early, map_as_done
 from reference.world import Died, Evacuated
 
 RUNS_FILE = "runs.csv"
@@ -115,6 +115,7 @@ def play_evaluation(
     size = max(1, min(RUNS_PER_JOB, share))
     jobs = [(evaluation, some) for some in chunks(left, size)]
     if jobs:
+        import_early(executor, (__name__, "reference.workshop.engine.going"), len(jobs))
         make_ready()
     begun = len(runs) - len(left)
     bar = tqdm(total=len(runs), initial=begun, unit="run", disable=None, leave=False)

@@ -20,6 +20,7 @@ from concurrent.futures import (
 )
 from concurrent.futures import wait as wait_for
 from contextlib import AbstractContextManager, contextmanager, suppress
+from importlib import import_module
 from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
@@ -171,21 +172,28 @@ class InProcess(Executor):
 # -- A pool of processes ------------------------------------------------------------
 
 
-@contextmanager
-def workers(count: int) -> Iterator[Executor]:
-    """Yield a pool of `count` processes with a thread each; 0: this process.
+def workers(count: int) -> Executor:
+    """Make a pool of `count` processes with a thread each; 0: this process.
 
     They are spawned, since torch's threads do not survive a fork. They ignore Ctrl-C,
-    and end with the block, or with this process if it is killed.
+    and end with `with workers(2) as pool:`, or with this process if it is killed.
     """
-    if count == 0:
-        yield InProcess()
-        return
-    pool = _Pool(count)
-    try:
-        yield pool
-    finally:
-        pool.end()
+    return _Pool(count) if count else InProcess()
+
+
+def import_early(executor: Executor, modules: Sequence[str], most: int) -> None:
+    """Let up to so many processes of a pool start now, and import modules meanwhile.
+
+    What they cannot import is told by the first job that needs it.
+    """
+    if isinstance(executor, _Pool):
+        for _ in range(min(most, executor.workers)):
+            executor.submit(_import_all, modules)
+
+
+def _import_all(modules: Sequence[str]) -> None:
+    for module in modules:
+        import_module(module)
 
 
 class _Pool(ThreadPoolExecutor):
@@ -240,8 +248,12 @@ class _Pool(ThreadPoolExecutor):
             self.processes.append(process)
         return here
 
+    def __exit__(self, *raised: object) -> None:
+        """End, whether or not jobs are left."""
+        self.end()
+
     def end(self) -> None:
-        """End all processes, whatever they are at; drop all jobs."""
+        """End all processes, whatever they are at; drop all jobs. Twice is once."""
         with self.starting:
             self.ended = True
         for process in self.processes:
