@@ -59,10 +59,10 @@ def shed(tmp_path):
 
 
 def test_check_counts_what_is_in_a_map_that_is_fine(shed, capsys):
-    """One line, which begins with ok; for programs the same as an object."""
+    """One line, which begins with ok, and what to try next; for programs an object."""
     assert main(["check", shed]) == 0
     line = "ok: Shed, floors 1, rooms [2], doors 1, exits 1, stairwells 0\n"
-    assert capsys.readouterr() == (line, "")
+    assert capsys.readouterr() == (line, f"next: python -m reference draw {shed}\n")
     assert main(["check", shed, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["title"], facts["rooms"], facts["exits"]) == ("Shed", [2], 1)
@@ -123,6 +123,51 @@ def test_check_watches_a_map_until_ctrl_c(shed, tmp_path, capsys, monkeypatch):
     assert re.search(f"\n{line}$", told.err)
 
 
+def test_check_watches_on_when_a_map_becomes_a_pipe(
+    shed, tmp_path, capsys, monkeypatch
+):
+    """It does not wait for whoever writes there, and sees the next save."""
+    file = tmp_path / "shed.txt"
+
+    def become_a_pipe():
+        file.unlink()
+        os.mkfifo(file)
+
+    def become_a_file():
+        file.unlink()
+        file.write_text(SHED)
+
+    left = [become_a_pipe, become_a_file]
+
+    def wait(_):
+        if not left:
+            raise KeyboardInterrupt
+        left.pop(0)()
+
+    monkeypatch.setattr("reference.workshop.commands.building.sleep", wait)
+    assert main(["check", shed, "--watch"]) == 0
+    told = capsys.readouterr()
+    assert told.out.count("ok: Shed") == 2
+    assert told.err.count(f"{shed}: is a folder, a device or a pipe. Name a file.") == 1
+
+
+def test_check_watches_a_save_that_keeps_its_time(shed, tmp_path, capsys, monkeypatch):
+    """As some editors and `cp -p` do: the same length, too."""
+    file = tmp_path / "shed.txt"
+    before = file.stat()
+    left = [SHED.replace("Shed", "Barn")]
+
+    def wait(_):
+        if not left:
+            raise KeyboardInterrupt
+        file.write_text(left.pop(0))
+        os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
+
+    monkeypatch.setattr("reference.workshop.commands.building.sleep", wait)
+    assert main(["check", shed, "--watch"]) == 0
+    assert "ok: Barn" in capsys.readouterr().out
+
+
 def test_check_tells_people_and_programs_what_is_wrong(shed, tmp_path, capsys):
     """All mistakes of a stage, each with its place; the JSON stands beside the page."""
     (tmp_path / "shed.txt").write_text(SHED.replace("+", "|"))
@@ -134,6 +179,7 @@ def test_check_tells_people_and_programs_what_is_wrong(shed, tmp_path, capsys):
     told = capsys.readouterr()
     assert json.loads(told.out) == {"file": shed, "mistakes": [mistake]}
     assert told.err == page
+    assert page.endswith(f"\nnext: python -m reference check {shed} --fix\n")
 
 
 # -- draw ---------------------------------------------------------------------------

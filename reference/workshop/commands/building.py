@@ -3,19 +3,23 @@
 import json
 import sys
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from time import sleep, strftime
+from typing import Any
 
-from reference.building import Kind
+from reference.building import Building, Kind
 from reference.paper import InputError
 from reference.workshop.commands import options
-from reference.workshop.commands.common import print_note, print_report
+from reference.workshop.commands.common import print_note, print_report, shell_line
 from reference.workshop.maps import MistakesError, find_map, load, shipped_floors
+from reference.workshop.maps.mistakes import Mistake
+from reference.workshop.maps.repairs import Repair, repaired_file, write_new
 from reference.workshop.maps.semantics import touching
-from reference.workshop.storage.files import message_of, read_text
+from reference.workshop.storage.files import message_of, read_text, refuse_no_file
+from reference.workshop.storage.runs import ContradictionError
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph", "anchors")
 VIEW_HELP = (
@@ -26,25 +30,110 @@ LOOK_SECONDS = 0.3  # seconds between two looks at a watched file
 WATCH = options.flag("--watch", "again each time the file is saved; Ctrl-C ends")
 
 
-@options.command("check paper", options.MAP_FILE, WATCH, options.JSON)
+FIX = options.flag(
+    "--fix", "write what the hints say as a new map, and what was changed; FILE stays"
+)
+
+
+@options.command("check paper", options.MAP_FILE, WATCH, FIX, options.JSON)
 def check(arguments: Namespace) -> None:
     """Says that a map is fine and what is in it, or explains its mistakes."""
-    _at_every_save(arguments, partial(_check, arguments), sleep)
+    if arguments.fix and arguments.watch:
+        raise ContradictionError("--fix, --watch: they exclude each other.")
+    work = _fix if arguments.fix else _check
+    _at_every_save(arguments, partial(work, arguments), sleep)
 
 
 def _check(arguments: Namespace) -> None:
-    """Check a map once."""
+    """Check a map once, and say what to try next."""
     try:
         building = load(arguments.file)
     except MistakesError as error:
         if arguments.json:
-            mistakes = [
-                {"line": m.line, "column": m.column, "message": m.what, "hint": m.hint}
-                for m in error.mistakes
-            ]
-            print(json.dumps({"file": error.path, "mistakes": mistakes}))
-        raise  # stderr has the words for people
+            print(json.dumps({"file": error.path, "mistakes": _listed(error.mistakes)}))
+        if arguments.watch:
+            raise
+        flag = "--fix" if _can_be_fixed(arguments.file, error) else "--watch"
+        raise _with_next(error, "check", arguments.file, flag) from None
 
+    text, facts = _counted(building)
+    print_report(arguments, facts, text)
+    if not arguments.watch:
+        _say_next(arguments.file)
+
+
+def _say_next(name: object) -> None:
+    """Print what to try once a map is fine, if it could be told that it is."""
+    sys.stdout.flush()
+    print_note(f"next: {shell_line('draw', name)}")
+
+
+def _can_be_fixed(name: str, error: MistakesError) -> bool:
+    """Whether --fix does something: a hint says what to type, or how it is encoded."""
+    path = find_map(name)
+    if not path.is_file():  # a pipe has been read, once and for all
+        return False
+    return any(m.edits for m in error.mistakes) or bool(repaired_file(path).rounds)
+
+
+def _with_next(error: Exception, *words: object) -> InputError:
+    """Add to a page of mistakes the command to try next."""
+    return InputError(f"{error}\nnext: {shell_line(*words)}")
+
+
+def _listed(mistakes: Sequence[Mistake]) -> list[dict[str, Any]]:
+    """List mistakes for programs."""
+    return [
+        {"line": m.line, "column": m.column, "message": m.what, "hint": m.hint}
+        for m in mistakes
+    ]
+
+
+def _fix(arguments: Namespace) -> None:
+    """Do what the hints say in a new file beside the old one, and say what was done."""
+    path = find_map(arguments.file)
+    repair = repaired_file(path)
+    if not repair.rounds:
+        if repair.left:
+            page = f"{repair.left}\nnothing is written: no hint here says what to type"
+            raise _with_next(InputError(page), "check", arguments.file, "--watch")
+        text, facts = _counted(load(path))
+        print_report(arguments, {**facts, "written": None, "changes": []}, text)
+        print_note("nothing to fix: no file is written")
+        return
+
+    new = write_new(path, repair.text)
+    changes = [_listed(mistakes) for mistakes in repair.rounds]
+    facts = {"written": str(new), "changes": changes}
+    if repair.left:
+        facts["mistakes"] = _listed(repair.left.mistakes)
+        print_report(arguments, facts, f"written: {new}\n{_told(repair)}")
+        left = MistakesError(str(new), repair.left.mistakes)
+        raise _with_next(left, "check", new, "--watch")
+    text, counts = _counted(load(new))
+    print_report(arguments, counts | facts, f"written: {new}\n{_told(repair)}\n{text}")
+    _say_next(new)
+
+
+CHANGES_TOLD = 20  # of a round
+
+
+def _told(repair: Repair) -> str:
+    """Say what was changed, round by round: of each hint its first part."""
+    lines = []
+    for number, mistakes in enumerate(repair.rounds, 1):
+        lines.append(f"round {number}, the first that each hint says:")
+        for mistake in mistakes[:CHANGES_TOLD]:
+            count = f" ({mistake.more + 1} places)" if mistake.more else ""
+            place = f"{mistake.line}:{mistake.column}"
+            lines.append(f"  {place}: {mistake.what}. {mistake.hint}{count}")
+        if len(mistakes) > CHANGES_TOLD:
+            lines.append(f"  … and {len(mistakes) - CHANGES_TOLD} more")
+    return "\n".join(lines)
+
+
+def _counted(building: Building) -> tuple[str, dict[str, Any]]:
+    """Count what is in a map that is fine: in words, and for programs."""
     for one, other in dict.fromkeys(touching(building)):
         print_note(
             f"note: {one.id} and {other.id} touch at a corner; nobody passes there. "
@@ -61,7 +150,7 @@ def _check(arguments: Namespace) -> None:
     }
     words = ", ".join(f"{name} {count}" for name, count in counts.items())
     title = building.title
-    print_report(arguments, {"title": title, **counts}, f"ok: {title}, {words}")
+    return f"ok: {title}, {words}", {"title": title, **counts}
 
 
 @options.command(
@@ -95,20 +184,32 @@ def _at_every_save(
         work()
         return
     path = find_map(arguments.file)
-    done = 0  # when the file was saved that was worked on last, ns
+    done: object = None  # the save that was worked on last
     with suppress(KeyboardInterrupt):
         while True:
             try:
-                # Some editors remove a file to write it anew: between, it has no time.
-                saved = path.stat().st_mtime_ns if path.exists() else done
-                if saved != done:
+                saved = _save_of(path)
+                if saved and saved != done:
                     done = saved  # once, also if it fails
                     print_note(strftime(f"{'':-<40} %H:%M:%S"))
+                    refuse_no_file(path)  # a pipe would keep us waiting
                     work()
             except (InputError, OSError) as error:
                 print_note(message_of(error))
             sys.stdout.flush()
             wait(LOOK_SECONDS)
+
+
+def _save_of(path: Path) -> tuple[int, ...]:
+    """What differs from one save of a file to the next, even if it keeps its time.
+
+    Some editors remove a file to write it anew: between, it has nothing.
+    """
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        return ()
+    return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino
 
 
 @options.command(

@@ -2,8 +2,9 @@
 
 The book's `floorplan` refuses in one line what it cannot read; here a drawing is
 checked in stages, and all mistakes of the first stage that finds any are shown with the
-line, a caret and one thing to do. Read on in `mistakes` (what one looks like), `syntax`
-(how a drawing is written) and `semantics` (what is drawn).
+line, a caret and one thing to do. Read on in `mistakes` (what one looks like),
+`wrapping` (what is around rows), `signs` (what each stands for), `syntax` (how a
+drawing is written), `semantics` (what is drawn), `repairs` (doing what hints say).
 """
 
 import copyreg
@@ -23,6 +24,8 @@ from reference.workshop.maps import semantics, syntax
 from reference.workshop.maps.mistakes import MOST_MISTAKES, Mistake, MistakesError
 from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS, Line
 from reference.workshop.storage.records import did_you_mean
+
+FIRST_OF_DRAWN = 10  # the number of the first stage that checks what is drawn
 
 
 def load(name: str | PathLike[str]) -> Building:
@@ -60,27 +63,34 @@ def read_map(path: str | PathLike[str]) -> Drawing:
 def parse_map(text: str, path: str = "<text>") -> Drawing:
     """Read the drawing in a text, called `path` in messages. Raises MistakesError."""
     text = text.removeprefix("\ufeff")
-    lines = re.split(r"\r\n?|\n", text[:MOST_SIGNS], maxsplit=MOST_LINES)
+    lines = lines_of(text[:MOST_SIGNS])
     if len(text) > MOST_SIGNS or len(lines) > MOST_LINES:
         end = Line(len(lines), lines[-1])
         _refuse([end.mistake("too-long", lines=MOST_LINES, signs=MOST_SIGNS)], path)
     page = syntax.Page(lines)
-    for mistakes in syntax.syntax_stages(page):
-        _refuse(mistakes, path)
+    for stage, mistakes in enumerate(syntax.syntax_stages(page), 1):
+        _refuse(mistakes, path, stage)
     drawing = floorplan.parse(text)
-    for mistakes in semantics.semantic_stages(drawing, page):
-        _refuse(mistakes, path)
+    for stage, mistakes in enumerate(
+        semantics.semantic_stages(drawing, page), FIRST_OF_DRAWN
+    ):
+        _refuse(mistakes, path, stage)
     return drawing
 
 
-def _refuse(mistakes: Iterable[Mistake], path: str) -> None:
+def lines_of(text: str) -> list[str]:
+    """Split a text into lines, of which one more than a map may have is the last."""
+    return re.split(r"\r\n?|\n", text.removeprefix("\ufeff"), maxsplit=MOST_LINES)
+
+
+def _refuse(mistakes: Iterable[Mistake], path: str, stage: int = 0) -> None:
     """Raise MistakesError with the mistakes of a stage, if there are any."""
     # two checks may find the same one
     found = dict.fromkeys(islice(mistakes, MOST_MISTAKES))
     if found:
         # A stable sort: on one line, what is wrong with the head stays before its rows.
         ordered = sorted(found, key=lambda mistake: (mistake.line, mistake.column))
-        raise MistakesError(path, ordered)
+        raise MistakesError(path, ordered, stage)
 
 
 def find_map(name: str | PathLike[str]) -> Path:

@@ -11,7 +11,7 @@ All that can be said stands in `mistakes.toml`.
 import re
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from reference.floorplan import FloorPlanError
@@ -26,15 +26,33 @@ MOST_MISTAKES = 1000  # mistakes looked for: with so many, only the first help
 LONGEST_LINE = 400  # characters of a line that are shown, the mistake among them
 
 
+@dataclass(frozen=True)
+class Edit:
+    """Type `new` in the place of the signs from `start` up to `stop` of a line.
+
+    line counts from 1, start and stop from 0; where `new` is None, the line goes.
+    """
+
+    line: int
+    start: int
+    stop: int
+    new: str | None
+
+
 @dataclass(frozen=True, order=True)
 class Mistake:
-    """What is wrong, where, and one thing to do; line and column count from 1."""
+    """What is wrong, where, and one thing to do; line and column count from 1.
+
+    more: further places of the same mistake;  edits: the first thing the hint says
+    """
 
     line: int
     column: int
     what: str
     hint: str
     written: str
+    more: int = field(default=0, compare=False)
+    edits: tuple[Edit, ...] = field(default=(), compare=False)
 
     @property
     def place(self) -> str:
@@ -54,10 +72,11 @@ class Mistake:
 class MistakesError(FloorPlanError):
     """A drawing with mistakes, all of one stage; its text shows the first of them."""
 
-    def __init__(self, path: str, mistakes: Sequence[Mistake]) -> None:
-        super().__init__(path, mistakes)
+    def __init__(self, path: str, mistakes: Sequence[Mistake], stage: int = 0) -> None:
+        super().__init__(path, mistakes, stage)
         self.path = path
         self.mistakes = mistakes
+        self.stage = stage
 
     def __str__(self) -> str:
         """Show the first mistake of each hint in full, and where its others are."""
@@ -68,7 +87,7 @@ class MistakesError(FloorPlanError):
         page = []
         for first, *others in [*alike.values()][:MISTAKES_SHOWN]:
             page.append(f"{self.path}:{first}")
-            if others:
+            if others or first.more:
                 page.append(f"    also: {_places_of(first, others)}")
         if len(alike) > MISTAKES_SHOWN:
             page.append(f"… and {len(alike) - MISTAKES_SHOWN} more")
@@ -84,7 +103,7 @@ def _places_of(first: Mistake, others: Sequence[Mistake]) -> str:
             said.add(_quoted(mistake))
             places.append(mistake.place)
     places = places[:MORE_PLACES]
-    left_out = len(others) - len(places)
+    left_out = first.more + sum(1 + mistake.more for mistake in others) - len(places)
     if left_out:
         places.append(f"{left_out} more")
     return ", ".join(places)

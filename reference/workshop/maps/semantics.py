@@ -5,8 +5,9 @@ A check goes through a building, or one floor of it, and yields what it finds;
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from itertools import chain, pairwise
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -24,7 +25,7 @@ from reference.building import (
     signs_of,
 )
 from reference.floorplan import STAIRWELLS, Drawing
-from reference.workshop.maps.mistakes import Mistake
+from reference.workshop.maps.mistakes import Edit, Mistake
 from reference.workshop.maps.syntax import Floor, Page
 
 
@@ -36,19 +37,43 @@ def semantic_stages(drawing: Drawing, page: Page) -> Iterator[Iterable[Mistake]]
     yield _too_large(drawing, page)
     building = build(drawing)
     yield chain.from_iterable(_outer_wall(building, floor) for floor in page.floors)
+    yield chain.from_iterable(_gates(building, floor) for floor in page.floors)
     yield _drawn_on_floors(building, page)
     yield _shafts(building, page)
     yield _ways_out(building, page)
 
 
 def _drawn_on_floors(building: Building, page: Page) -> Iterator[Mistake]:
-    """Check gates, stairwells and rooms, floor by floor."""
+    """Check stairwells and rooms, floor by floor."""
     if not building.exits:
-        yield page.floors[0].heading.mistake("no-exit")
+        yield _no_exit(building, page.floors[0])
     for floor in page.floors:
-        yield from _gates(building, floor)
         yield from _stairwells(building, floor)
         yield from _rooms(building, floor)
+
+
+def _no_exit(building: Building, floor: Floor) -> Mistake:
+    """Make the mistake of a building without exit; one fits into floor 1's wall."""
+    cell = _outer_place(building, floor, {area.id for area in building.rooms(0)})
+    if cell is None:
+        return floor.heading.mistake("no-exit-anywhere")
+    edits = floor.typed("E", [cell])
+    return floor.heading.mistake("no-exit", place=_place(floor, cell), edits=edits)
+
+
+def _outer_place(
+    building: Building, floor: Floor, rooms: Collection[str]
+) -> np.ndarray | None:
+    """A place for an exit of one of these rooms: in the middle of those that fit."""
+    signs = _rimmed(building, floor)
+    index = [building.area_of[room].index for room in rooms]
+    area = np.pad(building.area[floor.index], 1, constant_values=-1)
+    room = np.isin(area, index)
+    places = []
+    for step, axis in ((1, 0), (-1, 0), (1, 1), (-1, 1)):
+        outside = np.roll(signs == " ", -step, axis)
+        places += [*np.argwhere((signs == "#") & np.roll(room, step, axis) & outside)]
+    return places[len(places) // 2] - 1 if places else None
 
 
 # -- What is too large --------------------------------------------------------------
@@ -100,8 +125,24 @@ def _outer_wall(building: Building, floor: Floor) -> Iterator[Mistake]:
 
     gap = outside & ndimage.binary_dilation(room) & between_walls
     hole = room & ndimage.binary_dilation(outside & ~gap)  # told once, at the gap
+    no_exit = not building.exits and floor.index == 0
     for cells in connected_parts(gap) + connected_parts(hole):
-        yield floor.mistake("hole", cells[0] - 1)
+        sign = "E" if no_exit and _fits_exit(signs, cells) else "#"
+        kind = "hole-exit" if sign == "E" else "hole"
+        yield floor.mistake(kind, cells[0] - 1, edits=floor.typed(sign, cells - 1))
+
+
+WIDEST_EXIT = 6  # metres of a hole that may have been meant as one
+
+
+def _fits_exit(signs: np.ndarray, cells: np.ndarray) -> bool:
+    """Whether a hole is a piece of the wall between a room and the outside."""
+    straight = len({*cells[:, 0].tolist()}) == 1 or len({*cells[:, 1].tolist()}) == 1
+    here = np.zeros(signs.shape, bool)
+    here[*cells.T] = True
+    beside = ndimage.binary_dilation(here) & ~here
+    room = bool(is_room(signs)[beside].any())
+    return straight and len(cells) <= WIDEST_EXIT and room
 
 
 def _rimmed(building: Building, floor: Floor) -> np.ndarray:
@@ -117,7 +158,13 @@ def _gates(building: Building, floor: Floor) -> Iterator[Mistake]:
             leads_outside = bool(outside[*gate.cells.T].any())
             wrong = _wrong(building, gate, leads_outside)
             if wrong:
-                yield floor.mistake(wrong, gate.cells[0])
+                sign = _instead(building, gate, wrong)
+                edits = floor.typed(sign, gate.cells)
+                kind = f"{wrong}-wall" if (wrong, sign) in _WALLS_FIRST else wrong
+                yield floor.mistake(kind, gate.cells[0], edits=edits)
+
+
+_WALLS_FIRST = [("door-outside", "#"), ("exit-indoors", "#")]
 
 
 def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
@@ -132,22 +179,129 @@ def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
     return "" if "room" in kinds and len(kinds) == 2 else "door-nowhere"
 
 
+def _instead(building: Building, gate: Landmark, wrong: str) -> str:
+    """What to type for a gate that is wrong: another gate, if it is one, or a wall."""
+    kinds = [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
+    if wrong == "exit-indoors" and "room" in kinds and len(kinds) == 2:
+        return "+"
+    if wrong == "door-outside" and kinds == ["room"] and gate.floor == 0:
+        return "E"
+    return "#"
+
+
 def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:
     """Find stairwells in two parts, open to something else, or without entrance."""
     signs = _rimmed(building, floor)
     for letter in STAIRWELLS:
         mine = signs == letter
-        for part in connected_parts(mine)[1:]:
-            yield floor.mistake("stairwell-split", part[0] - 1, letter=letter)
+        parts = connected_parts(mine)
+        for part in parts[1:]:
+            edits = floor.typed(*_joined(signs, letter, parts[0], part))
+            cell = part[0] - 1
+            yield floor.mistake("stairwell-split", cell, letter=letter, edits=edits)
         if not mine.any():
             continue
         unclosed = ~mine & (signs != "#") & (signs != "+")
         openings = np.argwhere(mine & ndimage.binary_dilation(unclosed))
-        if len(openings):
-            yield floor.mistake("stairwell-open", openings[0] - 1, letter=letter)
+        beside = signs[ndimage.binary_dilation(mine) & unclosed]
+        others = [other for other in STAIRWELLS if other in beside]
+        if others:
+            loser, winner = _merged(signs, letter, others[0])
+            edits = floor.typed(winner, np.argwhere(signs == loser) - 1)
+            facts: dict[str, Any] = {"letter": letter, "other": others[0]}
+            facts["one"] = winner
+            cell = openings[0] - 1
+            yield floor.mistake("stairwell-beside", cell, edits=edits, **facts)
+        elif len(openings):
+            edits = _closed(floor, signs, mine, unclosed)
+            cell = openings[0] - 1
+            yield floor.mistake("stairwell-open", cell, letter=letter, edits=edits)
         elif "+" not in signs[ndimage.binary_dilation(mine)]:
-            first = np.argwhere(mine)[0] - 1
-            yield floor.mistake("stairwell-closed", first, letter=letter)
+            cell = np.argwhere(mine)[0] - 1
+            place = _beside_room(signs, mine)
+            facts = {"letter": letter, "edits": floor.typed("+", place - 1)}
+            if len(place):
+                facts["place"] = _place(floor, place[0] - 1)
+            kind = "stairwell-closed" if len(place) else "stairwell-enclosed"
+            yield floor.mistake(kind, cell, **facts)
+
+
+def _merged(signs: np.ndarray, one: str, other: str) -> tuple[str, str]:
+    """Of two stairwells side by side, the letter that goes and the one that stays."""
+    for letter in sorted((one, other), reverse=True):
+        if "+" not in signs[ndimage.binary_dilation(signs == letter)]:
+            return letter, other if letter == one else one
+    first, second = sorted((one, other))
+    return second, first
+
+
+def _place(floor: Floor, cell: np.ndarray) -> str:
+    """Line and column of a cell, as messages give them."""
+    row, column = map(int, cell)
+    return f"{floor.rows[row].number}:{column + 1}"
+
+
+def _joined(
+    signs: np.ndarray, letter: str, first: np.ndarray, other: np.ndarray
+) -> tuple[str, np.ndarray]:
+    """What to type where, for a stairwell in two parts: its letter between, or a wall.
+
+    A part goes whose entrance is not missed.
+    """
+    box = np.array([*first, *other])
+    for axis in (0, 1):
+        if len({*box[:, axis].tolist()}) == 1:  # both in one row, or column
+            low = min(first[:, 1 - axis].max(), other[:, 1 - axis].max()) + 1
+            high = max(first[:, 1 - axis].min(), other[:, 1 - axis].min())
+            between = np.full((high - low, 2), box[0, axis])
+            between[:, 1 - axis] = np.arange(low, high)
+            if (signs[*between.T] == "#").all():
+                return letter, between - 1
+    free = [other for other in STAIRWELLS if not (signs == other).any()]
+    parts = [first, other]
+    entered = ["+" in signs[ndimage.binary_dilation(_mask(signs, p))] for p in parts]
+    if all(entered) and free:
+        return free[0], other - 1
+    return "#", parts[entered.index(False) if False in entered else 1] - 1
+
+
+def _mask(signs: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Cells as a mask."""
+    mask = np.zeros(signs.shape, bool)
+    mask[*cells.T] = True
+    return mask
+
+
+def _closed(
+    floor: Floor, signs: np.ndarray, mine: np.ndarray, unclosed: np.ndarray
+) -> list[Edit]:
+    """Draw a wall around a stairwell, in what is beside it, and one entrance.
+
+    At the edge of the page its own cells become the wall.
+    """
+    edge = np.pad(np.zeros(np.subtract(signs.shape, 2), bool), 1, constant_values=True)
+    lost = mine & ndimage.binary_dilation(edge)
+    left = mine & ~lost
+    beside = ndimage.binary_dilation(left) & unclosed & ~edge
+    has_entrance = "+" in signs[ndimage.binary_dilation(left)] if left.any() else True
+    walls = np.argwhere(lost | beside)
+    edits = []
+    for cell in walls:
+        opens = beside[*cell] and signs[*cell] not in "E " and not has_entrance
+        has_entrance = has_entrance or bool(opens)
+        edits += floor.typed("+" if opens else "#", [cell - 1])
+    return edits
+
+
+def _beside_room(signs: np.ndarray, mine: np.ndarray) -> np.ndarray:
+    """The first cell of a wall with a stairwell on one side and a room opposite."""
+    room = is_room(signs)
+    for step, axis in ((1, 0), (-1, 0), (1, 1), (-1, 1)):
+        wall = np.roll(mine, step, axis) & np.roll(room, -step, axis) & (signs == "#")
+        cells = np.argwhere(wall)
+        if len(cells):
+            return cells[:1]
+    return np.zeros((0, 2), int)
 
 
 def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:
@@ -155,16 +309,36 @@ def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:
     if not building.rooms(floor.index):
         yield floor.heading.mistake("no-room", floor=floor.index + 1)
     names: dict[int, str] = {}  # of rooms by their index
-    for row, text in enumerate(building.drawing.storeys[floor.index].rows):
+    rows = building.drawing.storeys[floor.index].rows
+    words = set(re.findall("[a-z][a-z0-9]*", " ".join(rows)))
+    for row, text in enumerate(rows):
         for word in re.finditer("[a-z][a-z0-9]*", text):
             cell = (row, word.start())
             name = word[0]
             room = int(building.area[floor.index, *cell])
+            cells = [(row, column) for column in range(*word.span())]
             if room in names:
-                yield floor.mistake("second-name", cell, name=name, room=names[room])
+                facts = {"name": name, "room": names[room]}
+                edits = floor.typed(".", cells)
+                yield floor.mistake("second-name", cell, edits=edits, **facts)
             elif name in names.values():
-                yield floor.mistake("same-name", cell, name=name)
+                other = _other_name(name, {*names.values(), *words})
+                signs = zip(other, cells, strict=True)
+                edits = [edit for sign, at in signs for edit in floor.typed(sign, [at])]
+                facts = {"name": name, "other": other}
+                yield floor.mistake("same-name", cell, edits=edits, **facts)
+                name = other
             names.setdefault(room, name)
+
+
+def _other_name(name: str, taken: Collection[str]) -> str:
+    """A name of the same length that no room has: its last sign counts on."""
+    for sign in "23456789abcdefghijklmnopqrstuvwxyz":
+        if len(name) == 1 and not sign.isalpha():
+            continue
+        if name[:-1] + sign not in taken:
+            return name[:-1] + sign
+    return name
 
 
 # -- Between floors -----------------------------------------------------------------
@@ -176,15 +350,60 @@ def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
         cells = {floor: building.areas[i].cells for floor, i in well.areas.items()}
         if len(cells) == 1:
             floor = page.floor_of(well.lowest)
-            yield floor.mistake("stairwell-alone", well.cells[0], letter=well.letter)
+            facts: dict[str, Any] = {"letter": well.letter}
+            other = well.lowest + (1 if well.lowest + 1 < building.floors else -1)
+            edits = _copied(building, page, well.letter, well.lowest, other)
+            kind = "stairwell-alone" if edits else "stairwell-needless"
+            edits = edits or _taken_out(building, page, well.letter, well.lowest)
+            yield floor.mistake(kind, well.cells[0], edits=edits, **facts)
         for lower, upper in pairwise(cells):
             floor = page.floor_of(upper)
             cell = cells[upper][0]
             facts = {"letter": well.letter, "lower": lower + 1, "upper": upper + 1}
             if upper > lower + 1:
-                yield floor.mistake("stairwell-skips", cell, **facts)
+                edits = _copied(building, page, well.letter, lower, lower + 1)
+                yield floor.mistake("stairwell-skips", cell, edits=edits, **facts)
             elif not np.array_equal(cells[lower], cells[upper]):
-                yield floor.mistake("stairwell-moves", cell, **facts)
+                edits = _copied(building, page, well.letter, lower, upper)
+                yield floor.mistake("stairwell-moves", cell, edits=edits, **facts)
+
+
+def _entrances(signs: np.ndarray, mine: np.ndarray) -> np.ndarray:
+    """The mask of the doors beside a stairwell."""
+    return ndimage.binary_dilation(mine) & (signs == "+")
+
+
+def _copied(
+    building: Building, page: Page, letter: str, source: int, target: int
+) -> list[Edit]:
+    """Draw a floor's stairwell on another one, in the same place.
+
+    Nothing where a room is in its way.
+    """
+    if not 0 <= target < building.floors:
+        return []
+    signs = building.signs[source]
+    there = building.signs[target]
+    mine = signs == letter
+    old = there == letter
+    old_doors = _entrances(there, old)
+    taken = is_room(there) | (there == "E") | ((there == "+") & ~old_doors)
+    if taken[mine].any():
+        return []
+    around = ndimage.binary_dilation(mine, np.ones((3, 3)))
+    new = np.where(old | old_doors | (around & (there == " ")), "#", there)
+    new[mine] = letter
+    new[_entrances(signs, mine)] = "+"
+    floor = page.floor_of(target)
+    changed = np.argwhere(new != there)
+    return [edit for cell in changed for edit in floor.typed(str(new[*cell]), [cell])]
+
+
+def _taken_out(building: Building, page: Page, letter: str, index: int) -> list[Edit]:
+    """Take a floor's stairwell out, and its entrances."""
+    signs = building.signs[index]
+    mine = signs == letter
+    return page.floor_of(index).typed("#", np.argwhere(mine | _entrances(signs, mine)))
 
 
 def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
@@ -195,7 +414,52 @@ def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
     for part in nx.weakly_connected_components(lost):
         room = next(a for a in building.areas if a.id in part and a.kind == "room")
         floor = page.floor_of(room.floor)
-        yield floor.mistake("no-way-out", room.cells[0], room=room.name)
+        sign, cell = _way(building, page, part)
+        facts = {"room": room.name}
+        if cell is None:
+            yield floor.mistake("no-way", room.cells[0], **facts)
+            continue
+        where, at = cell
+        edits = where.typed(sign, [at])
+        facts["place"] = _place(where, at)
+        kind = "no-way-door" if sign == "+" else "no-way-exit"
+        yield floor.mistake(kind, room.cells[0], edits=edits, **facts)
+
+
+def _way(
+    building: Building, page: Page, part: Collection[str]
+) -> tuple[str, tuple[Floor, np.ndarray] | None]:
+    """What to type where, so that rooms get a way: a door to others, else an exit."""
+    for sign in "+E":
+        for number in range(building.floors):
+            rooms = [area.id for area in building.rooms(number) if area.id in part]
+            if not rooms:
+                continue
+            floor = page.floor_of(number)
+            find = _door_place if sign == "+" else _outer_place
+            cell = find(building, floor, rooms)
+            if cell is not None:
+                return sign, (floor, cell)
+    return "", None
+
+
+def _door_place(
+    building: Building, floor: Floor, rooms: Collection[str]
+) -> np.ndarray | None:
+    """A place for a door between one of these rooms and another one."""
+    signs = building.signs[floor.index]
+    area = building.area[floor.index]
+    mine = np.isin(area, [building.area_of[room].index for room in rooms])
+    other = is_room(signs) & ~mine
+    wall = signs == "#"
+    for axis in (0, 1):
+        for step in (1, -1):
+            between = np.roll(mine, step, axis) & np.roll(other, -step, axis) & wall
+            sides = np.roll(wall, 1, 1 - axis) & np.roll(wall, -1, 1 - axis)
+            cells = np.argwhere(between & sides)
+            if len(cells):
+                return cells[len(cells) // 2]
+    return None
 
 
 # -- What is no mistake, and rarely meant -------------------------------------------

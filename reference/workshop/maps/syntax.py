@@ -8,11 +8,12 @@ row      any other line with code: one row of a drawing
 
 import re
 import unicodedata
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from functools import cached_property
-from itertools import chain, pairwise
+from functools import cached_property, partial
+from itertools import accumulate, chain, islice, pairwise, zip_longest
 from math import inf
 from typing import Any
 
@@ -20,16 +21,26 @@ import numpy as np
 from scipy import ndimage
 
 from reference.floorplan import HEADING_PATTERNS
-from reference.workshop.maps.mistakes import MISTAKE_TEXTS, Mistake
+from reference.workshop.maps.mistakes import MISTAKE_TEXTS, Edit, Mistake
+from reference.workshop.maps.signs import (
+    Board,
+    ascii_of,
+    changes,
+    has_no_width,
+    read_signs,
+    rim_of,
+)
+from reference.workshop.maps.wrapping import find_wrapping
 
 MOST_FLOORS = 30  # [A1, chosen] ten times the paper's
 MOST_CELLS = 200  # [A1, chosen] in a row or a column: five times the paper's
 MOST_LINES = 2 * MOST_FLOORS * MOST_CELLS  # [A1, chosen] rows, and as many notes
 MOST_SIGNS = MOST_LINES * MOST_CELLS  # [A1, chosen] in a file: no more is read
+MOST_EDITS = 5_000  # of one mistake; the others follow in the next round
 
 # -- A file, sorted -----------------------------------------------------------------
 
-_HEADING = re.compile(r"\s*(\w[^#.+:]*:|(?i:building|size|floor)\b)")
+_HEADING = re.compile(r"\s*((?!.*::)\w[^#.+:]*:|(?i:building|size|floor)\b)")
 _PROSE = re.compile(r"\s*([A-Za-z])(?!\1)[A-Za-z](?!.*\.\.)[^#+|=_]*$")
 
 
@@ -49,10 +60,32 @@ class Line:
         """Match a heading with this key word; its groups are the parts."""
         return HEADING_PATTERNS[key].fullmatch(self.code)
 
-    def mistake(self, kind: str, column: int = 1, **facts: Any) -> Mistake:
-        """Make a mistake in this line; kind: a key of WORDS, facts: what it needs."""
+    def mistake(
+        self,
+        kind: str,
+        column: int = 1,
+        *,
+        edits: Iterable[Edit] = (),
+        more: int = 0,
+        **facts: Any,
+    ) -> Mistake:
+        """Make a mistake in this line; kind: a key of WORDS, facts: what it needs.
+
+        edits: what its hint says first;  more: further places that it stands for
+        """
         what, hint = (words.format(**facts) for words in MISTAKE_TEXTS[kind])
-        return Mistake(self.number, column, what, hint, self.written)
+        some = tuple(islice(edits, MOST_EDITS))
+        return Mistake(self.number, column, what, hint, self.written, more, some)
+
+    def typed(self, new: str | None, start: int = 0, stop: int | None = None) -> Edit:
+        """Type something in the place of the line, or of a part; None: take it out."""
+        return Edit(
+            self.number, start, len(self.written) if stop is None else stop, new
+        )
+
+    def above(self, *lines: str) -> Edit:
+        """Write lines above this one."""
+        return self.typed("".join(f"{line}\n" for line in lines), 0, 0)
 
 
 @dataclass(frozen=True)
@@ -88,6 +121,22 @@ class Floor:
         """Make a mistake at a cell: row and column, counted from 0."""
         row, column = map(int, cell)
         return self.rows[row].mistake(kind, column + 1, floor=self.index + 1, **facts)
+
+    def typed(self, sign: str, cells: Iterable[Iterable[int]]) -> list[Edit]:
+        """Type a sign at cells: rows and columns, counted from 0."""
+        edits = []
+        beyond: dict[int, list[int]] = {}  # of each row, columns behind its ragged end
+        for cell in cells:
+            row, column = map(int, cell)
+            if column < len(self.rows[row].code):
+                edits.append(self.rows[row].typed(sign, column, column + 1))
+            else:
+                beyond.setdefault(row, []).append(column)
+        for row, columns in beyond.items():
+            end = len(self.rows[row].code)
+            new = [sign if n in columns else " " for n in range(end, max(columns) + 1)]
+            edits.append(self.rows[row].typed("".join(new), end, end))
+        return edits
 
 
 class Page:
@@ -127,6 +176,19 @@ class Page:
         return next(floor for floor in self.floors if index + 1 in floor.numbers)
 
     @cached_property
+    def board(self) -> Board:
+        """What is drawn, and what it is meant as."""
+        return read_signs([[row.code for row in floor.rows] for floor in self.floors])
+
+    @cached_property
+    def rows_of_board(self) -> list[Line]:
+        """The line of each of the board's rows; an empty one between drawings."""
+        rows = [Line(0, "")]
+        for floor in self.floors:
+            rows += [*floor.rows, Line(0, "")]
+        return rows
+
+    @cached_property
     def size(self) -> tuple[int, int]:
         """Columns and rows that the file says, once it does."""
         read = self.settings["size"][0].reads("size")
@@ -140,40 +202,87 @@ class Page:
         return {"columns": columns, "rows": rows}
 
 
-# -- Characters ---------------------------------------------------------------------
+# -- Around rows --------------------------------------------------------------------
 
-_PLAIN = str.maketrans("\u2013\u2014\u2212\u00d7\u00b7\u2022", "---x..")
-_LINES = "|-=\\"  # signs to draw walls with
-_NO_SIGN = {"\t": ("sign-alike", " "), "`": ("sign", "")}  # the last: of a listing
+
+def _wrapping(page: Page) -> Iterator[Mistake]:
+    """Find what stands around rows and between signs, once; and lines of a listing."""
+    found = find_wrapping([line.written for line in page.lines])
+    for index in found.listing:
+        line = page.lines[index]
+        yield line.mistake("listing", edits=[line.typed(None)])
+    if found.bare:
+        edits = (page.lines[index].typed(bare) for index, bare in found.bare.items())
+        first = page.lines[min(found.bare)]
+        words = ", and ".join(found.words)
+        yield first.mistake("wrapping", words=words, edits=edits)
+
+
+def _longest(page: Page) -> Iterator[Mistake]:
+    """Find the first row that no size allows, long before any table is made of it."""
+    for row in page.rows:
+        if len(row.code) > 2 * MOST_CELLS:
+            yield row.mistake("row-limit", most=MOST_CELLS)
+            return
+
+
+# -- Characters ---------------------------------------------------------------------
 
 
 def _foreign_signs(page: Page) -> Iterator[Mistake]:
-    """Find the first sign of each line that is not ASCII, also in a note."""
+    """Find what is not ASCII in headings and notes, and what shifts a row.
+
+    Other signs of rows are explained by where they stand.
+    """
     rows = {row.number for row in page.rows}
     for line in page.lines:
-        foreign = re.search(r"[^\t -~]", line.written)
-        if not foreign:
+        code = len(line.code) if line.number in rows else 0
+        for foreign in re.finditer(r"[^\t -~]", line.written):
+            sign = foreign[0]
+            start = foreign.start()
+            if sign in "\0\ufffd":
+                yield line.mistake("not-text", start + 1)
+                return
+            if start < code and not has_no_width(sign):
+                continue
+            plain = "" if has_no_width(sign) else ascii_of(sign)
+            yield line.mistake(
+                "foreign-alike" if plain else "foreign",
+                start + 1,
+                name=unicodedata.name(sign, f"U+{ord(sign):04X}"),
+                plain=plain,
+                edits=[line.typed(plain, start, start + 1)],
+            )
+
+
+def _tabs(page: Page) -> Iterator[Mistake]:
+    """Find tabs in rows; as many signs replace them as the other rows are longer."""
+    lengths = Counter(len(row.code) for row in page.rows if "\t" not in row.code)
+    usual = lengths.most_common(1)[0][0] if lengths else 0
+    for row in page.rows:
+        places = [place for place, sign in enumerate(row.code) if sign == "\t"]
+        if not places:
             continue
-        sign = foreign[0]
-        place = foreign.start() + 1
-        name = unicodedata.name(sign, f"U+{ord(sign):04X}")
-        plain = _ascii(sign)
-        if plain and plain in _LINES and line.number in rows:
-            plain = "#"  # in a drawing a line is a wall
-        if sign in "\0\ufffd":
-            yield line.mistake("not-text", place)
-        elif plain:
-            yield line.mistake("foreign-alike", place, name=name, plain=plain)
-        else:
-            yield line.mistake("foreign", place, name=name)
+        lost = usual - len(row.code) + len(places)
+        share, rest = divmod(max(0, min(lost, MOST_CELLS)), len(places))
+        for number, place in enumerate(places):
+            count = share + (number < rest)
+            sign = _around_tab(row.code, place)
+            yield row.mistake(
+                "tab" if count else "tab-alone",
+                place + 1,
+                plain=count * sign,
+                edits=[row.typed(count * sign, place, place + 1)],
+            )
 
 
-def _ascii(char: str) -> str:
-    """The plain sign that a character looks like, or nothing."""
-    if "\u2500" <= char <= "\u25a1":  # lines, blocks and squares to draw walls with
-        return "#"
-    plain = unicodedata.normalize("NFKD", char.translate(_PLAIN))[0]
-    return plain if " " <= plain <= "~" else ""
+def _around_tab(code: str, place: int) -> str:
+    """What a tab stands for: outside, floor, or wall."""
+    before = code[:place].strip()
+    behind = code[place:].strip()
+    if not before:
+        return " "
+    return "#" if before[-1] in "#|" and behind[:1] in "#|" else "."
 
 
 _WORD = re.compile(r"[a-z]+(?:[_-][a-z0-9]+)+|[A-Za-z0-9]+|([^ #.+])\1*")
@@ -181,52 +290,125 @@ _MEANS = re.compile(r"E*([A-D]*|[a-z][a-z0-9]*)E*")
 
 
 def _signs(page: Page) -> Iterator[Mistake]:
-    """Find signs without a meaning, and words that are no room's name.
+    """Find signs without a meaning, blanks in rooms, and words that are no name."""
+    board = page.board
+    rows = page.rows_of_board
+    spaced = dict(_two_words(board))
+    for sign, plain, cells in changes(board):
+        if sign == " ":
+            yield from _closed_blanks(board, rows, plain, cells, spaced)
+        else:
+            yield _sign(rows, sign, plain, cells)
+    for (row, start), words in spaced.items():
+        name = words.replace(" ", "")
+        new = name.ljust(len(words), ".")
+        edits = [rows[row].typed(new, start - 1, start - 1 + len(words))]
+        yield rows[row].mistake("two-words", start, words=words, name=name, edits=edits)
+    yield from _words(board, rows)
 
-    A sign at an end of any row is a wall, whatever it is; inside, it is floor.
-    """
-    rim = {row.code.lstrip()[0] for row in page.rows}
-    rim |= {row.code[-1] for row in page.rows}
-    for row in page.rows:
-        for match in _WORD.finditer(row.code):
+
+def _sign(rows: Sequence[Line], sign: str, plain: str, cells: np.ndarray) -> Mistake:
+    """Make the mistake of a sign: all its places at once."""
+    row, column = cells[0].tolist()
+    edits = (
+        rows[at].typed(plain * n, start - 1, start - 1 + n)
+        for at, start, n in _runs(cells)
+    )
+    facts = {"plain": plain, "more": len(_ends_of_runs(cells)), "edits": edits}
+    if sign > "~":
+        name = unicodedata.name(sign, f"U+{ord(sign):04X}")
+        return rows[row].mistake("foreign-alike", column, name=name, **facts)
+    kind = "sign-alike"
+    if sign.isalnum():
+        kind = {"#": "letter-wall", "+": "letter-door", "E": "letter-exit"}.get(
+            plain, "letter-floor" if plain == "." else "letter-stairwell"
+        )
+    return rows[row].mistake(kind, column, sign=repr(sign), **facts)
+
+
+def _runs(cells: np.ndarray) -> Iterator[tuple[int, int, int]]:
+    """Cells side by side as a row, a first column, and how many."""
+    ends = _ends_of_runs(cells)
+    starts = np.r_[0, ends]
+    counts = np.diff(np.r_[starts, len(cells)])
+    for start, count in zip(starts[: MOST_EDITS + 1], counts, strict=False):
+        yield int(cells[start, 0]), int(cells[start, 1]), int(count)
+
+
+def _ends_of_runs(cells: np.ndarray) -> np.ndarray:
+    """Where one run ends and another begins."""
+    apart = (np.diff(cells[:, 0]) != 0) | (np.diff(cells[:, 1]) != 1)
+    return np.flatnonzero(apart) + 1
+
+
+def _two_words(board: Board) -> Iterator[tuple[tuple[int, int], str]]:
+    """Find words with a blank between them, in a room: the place, and the words."""
+    spaced = re.compile(r"[a-zA-Z][a-zA-Z0-9]+(?: [a-zA-Z0-9]{2,})+")
+    signs = np.where(board.drawn == " ", " ", board.plain)
+    for row in np.flatnonzero((board.drawn == " ").any(axis=1)):
+        for words in spaced.finditer("".join(signs[row])):
+            between = [
+                words.start() + n for n, sign in enumerate(words[0]) if sign == " "
+            ]
+            if (board.plain[row, between] != " ").all():
+                yield (int(row), words.start()), words[0].lower()
+
+
+def _closed_blanks(
+    board: Board,
+    rows: Sequence[Line],
+    plain: str,
+    cells: np.ndarray,
+    spaced: dict[tuple[int, int], str],
+) -> Iterator[Mistake]:
+    """Find enclosed blanks, part by part, but for those between two words."""
+    here = np.zeros(board.drawn.shape, bool)
+    here[*cells.T] = True
+    for (row, start), words in spaced.items():
+        here[row, start : start + len(words)] = False
+    parts, _ = ndimage.label(here)
+    where = np.argwhere(here)
+    order = np.argsort(parts[*where.T], kind="stable")
+    where = where[order]
+    cuts = np.flatnonzero(np.diff(parts[*where.T])) + 1
+    kind = "blank-wall" if plain == "#" else "blank"
+    for part in np.split(where, cuts):
+        if len(part):
+            row, column = part[0].tolist()
+            edits = (
+                rows[at].typed(plain * n, start - 1, start - 1 + n)
+                for at, start, n in _runs(part)
+            )
+            yield rows[row].mistake(kind, column, edits=edits)
+
+
+def _words(board: Board, rows: Sequence[Line]) -> Iterator[Mistake]:
+    """Find words that are no room's name."""
+    rim = rim_of(board)
+    for number, row in enumerate(rows):
+        text = "".join(board.plain[number]) if row else ""
+        for match in _WORD.finditer(text):
             word = match[0]
-            one = word[0] if len({*word}) == 1 else ""  # what it repeats, if one sign
-            drawn_as_wall = one.islower() and one in rim
-            if _MEANS.fullmatch(word) and not drawn_as_wall:
+            place = match.start()
+            capital = re.match(r"E(?=[a-z])", word) and not rim[number, place]
+            if _MEANS.fullmatch(word) and not capital:
                 continue
-            kind, plain = _instead(word, one, rim)
-            sign = "a tab" if one == "\t" else repr((one or word)[:80])
-            yield row.mistake(kind, match.start() + 1, sign=sign, plain=plain)
+            name = _name_for(word)
+            edits = [row.typed(name.ljust(len(word), "."), place - 1, match.end() - 1)]
+            facts: dict[str, Any] = {"sign": repr(word[:80]), "name": name[:80]}
+            yield row.mistake("sign-name", place, edits=edits, **facts)
 
 
-def _instead(word: str, one: str, rim: set[str]) -> tuple[str, str]:
-    """The kind of mistake that a word is, and what to type instead.
-
-    one: the sign that the word repeats, "" for several;  rim: signs at ends of rows
-    """
-    if one in _NO_SIGN:
-        return _NO_SIGN[one]
-    if not one:
-        small = word.lower()
-        return ("sign-name" if _MEANS.fullmatch(small) else "sign"), small
-    if one in rim or one in _LINES:
-        return "sign-alike", "#"
-    return ("sign-capital" if one.isalpha() else "sign-alike"), "."
-
-
-def _closed_blanks(page: Page) -> Iterator[Mistake]:
-    """Find enclosed blanks beside a room; where no room is drawn, all of them."""
-    width = max((len(row.code) for row in page.rows), default=0)
-    for floor in page.floors:
-        rows = ["", *(f" {row.code}" for row in floor.rows), ""]
-        signs = np.array([[*row.ljust(width + 2)] for row in rows])
-        room = np.char.islower(signs) | (signs == ".")
-        parts = ndimage.label(signs == " ")[0]
-        outside = 1  # the first part: it has the corner of the rim around the rows
-        beside = parts[ndimage.binary_dilation(room)] if room.any() else parts
-        for closed in np.unique(beside[beside > outside]):
-            row, column = np.argwhere(parts == closed)[0] - 1
-            yield floor.rows[row].mistake("blank", int(column) + 1)
+def _name_for(word: str) -> str:
+    """The name that a word was meant as: small letters, digits behind them."""
+    signs = [sign for sign in word.lower() if sign.isalnum()]
+    letters = "".join(sign for sign in signs if sign.isalpha())
+    digits = "".join(sign for sign in signs if sign.isdigit())
+    if word[0].isalpha():
+        return "".join(signs)
+    if letters:
+        return letters + digits
+    return f"r{digits[1:]}" if len(digits) > 1 else "abcdefghij"[int(digits or 0)]
 
 
 # -- Headings and settings ----------------------------------------------------------
@@ -235,18 +417,37 @@ def _closed_blanks(page: Page) -> Iterator[Mistake]:
 def _headings(page: Page) -> Iterator[Mistake]:
     """Find headings that nobody can read."""
     follows = 1
+    previous: Floor | None = None
     for floor in page.floors:
         if floor.numbers:
             follows = floor.numbers[-1] + 1
         elif floor.headless:
             follows += 1
         else:
-            numbers = {"floor": follows, "above": follows + 1}
-            yield floor.heading.mistake(_meant(floor.heading), **numbers, **page.drawn)
+            draws = bool(floor.rows) and (previous is None or bool(previous.rows))
+            yield _heading(page, floor, follows, draws=draws)
             if floor.rows:
                 follows += 1
+        previous = floor
     if not page.floors:
         yield page.lines[-1].mistake("no-floor")
+
+
+def _heading(page: Page, floor: Floor, follows: int, *, draws: bool) -> Mistake:
+    """Make the mistake of a heading; draws: whether a drawing needs it."""
+    line = floor.heading
+    kind = _meant(line)
+    words = re.sub(r"(?i)^\W*(\w+\s*[\d-]*\s*:|\w+)\s*:?", "", line.code).strip(" :")
+    facts = {"floor": follows, "above": follows + 1, **page.drawn}
+    new = {
+        "heading-building": f"building: {words or 'NAME'}",
+        "heading-size": "size: {columns} x {rows}".format(**page.drawn),
+        "heading-floor": f"floor {follows}: {words}".rstrip(),
+    }.get(kind, f"; {line.written}")
+    if kind == "heading" and draws:
+        kind = "heading-drawing"
+        new = f"floor {follows}: {line.code.strip(' :')}"
+    return line.mistake(kind, edits=[line.typed(new)], **facts)
 
 
 def _head(page: Page) -> Iterator[Mistake]:
@@ -262,9 +463,13 @@ def _head(page: Page) -> Iterator[Mistake]:
     if missing:
         told = ", ".join(f"'{line.partition(':')[0]}:'" for line in missing)
         write = ", ".join(f"'{line}'" for line in missing)
-        yield first.heading.mistake("no-head", told=told, write=write)
+        top = first.heading.above(*missing)
+        yield first.heading.mistake("no-head", told=told, write=write, edits=[top])
     for line in page.prose:
-        yield line.mistake("prose")
+        yield line.mistake("prose", edits=[line.typed("; ", 0, 0)])
+
+
+_SIZE = "size: {columns} x {rows}"
 
 
 def _meant(line: Line) -> str:
@@ -278,36 +483,60 @@ def _settings(page: Page) -> Iterator[Mistake]:
     top = min((floor.heading.number for floor in page.floors), default=inf)
     for key, lines in page.settings.items():
         for line in lines:
-            if line is not lines[0] or line.number > top:
-                yield line.mistake("setting-again", key=key)
+            if line is not lines[0]:
+                yield line.mistake("setting-again", key=key, edits=[line.typed(None)])
+            elif line.number > top:
+                moved = page.floors[0].heading.above(line.code)
+                edits = [moved, line.typed(None)]
+                yield line.mistake("setting-below", key=key, edits=edits)
             elif key == "size" and not all(0 < n <= MOST_CELLS for n in page.size):
-                yield line.mistake("size-limit", most=MOST_CELLS)
+                drawn = all(0 < n <= MOST_CELLS for n in page.drawn.values())
+                edits = [line.typed(_SIZE.format(**page.drawn))] if drawn else []
+                yield line.mistake("size-limit", most=MOST_CELLS, edits=edits)
 
 
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
     """Find the first floor out of order; once it is mended, the next may be right."""
     follows = 1
-    for floor in page.floors:
+    for at, floor in enumerate(page.floors):
         if floor.headless:  # only the first can be
             follows = 2
             continue
         first = floor.numbers[0]
         if first != follows:
-            yield floor.heading.mistake("floor-order", first=first, follows=follows)
+            edits = list(_counted_on(page.floors[at:], follows))
+            facts = {"first": first, "follows": follows}
+            yield floor.heading.mistake("floor-order", edits=edits, **facts)
             return
         follows = floor.numbers[-1] + 1
     if follows > MOST_FLOORS + 1:
         yield page.floors[-1].heading.mistake("floor-limit", most=MOST_FLOORS)
 
 
+def _counted_on(floors: Iterable[Floor], follows: int) -> Iterator[Edit]:
+    """Number floors from one on, each as often as it is built."""
+    for floor in floors:
+        last = follows + len(floor.numbers) - 1
+        number = f"{follows}-{last}" if last > follows else f"{follows}"
+        head = re.match(r"(?i)\s*floor\s*[\d\s-]*", floor.heading.code)
+        yield floor.heading.typed(f"floor {number}", 0, head.end() if head else 0)
+        follows = last + 1
+
+
 def _blanks(page: Page) -> Iterator[Mistake]:
-    """Find the first blank line between two rows of a drawing."""
-    blank = {line.number for line in page.lines if not line.written.strip(" \t")}
+    """Find blank lines between two rows of a drawing; behind a whole one, a heading."""
+    height = page.size[1] if page.settings["size"] else 0
     for floor in page.floors:
-        for above, below in pairwise(floor.rows):
-            between = blank.intersection(range(above.number, below.number))
-            if between:
-                yield page.lines[min(between) - 1].mistake("blank-line")
+        for number, (above, below) in enumerate(pairwise(floor.rows), 1):
+            between = page.lines[above.number : below.number - 1]
+            blank = [line for line in between if not line.written.strip(" \t")]
+            follows = floor.numbers[-1] + 1 if floor.numbers else 2
+            if blank and number == height and not height % len(floor.rows[number:]):
+                edits = [below.above(f"floor {follows}:")]
+                yield blank[0].mistake("blank-heading", floor=follows, edits=edits)
+                break
+            for line in blank:
+                yield line.mistake("blank-line", edits=[line.typed(None)])
 
 
 # -- Shape --------------------------------------------------------------------------
@@ -318,31 +547,125 @@ def _shape(page: Page) -> Iterator[Mistake]:
     width, height = page.size
     columns, rows = page.drawn["columns"], page.drawn["rows"]
     alike = all(len(floor.rows) == rows for floor in page.floors)
+    fits = 0 < columns <= MOST_CELLS and 0 < rows <= MOST_CELLS
+    size = page.settings["size"][0]
+    resize = [size.typed(_SIZE.format(**page.drawn))] if fits else []
     if columns != width and alike and rows != height:
-        yield page.settings["size"][0].mistake("size", **page.drawn)
+        yield size.mistake("size", edits=resize, **page.drawn)
         return
 
-    for row in page.rows:
-        wide = len(row.code)
-        if wide > width:
-            yield row.mistake("row-width", width + 1, wide=wide, width=width)
+    wide = [row for row in page.rows if len(row.code) > width]
+    for row in wide:
+        over = len(row.code) - width
+        start = _surplus(row, wide, page, over)
+        facts: dict[str, Any] = {
+            "wide": len(row.code),
+            "width": width,
+            "resize": _SIZE.format(**page.drawn),
+        }
+        if start is None:
+            yield row.mistake("row-width-size", width + 1, edits=resize, **facts)
+        else:
+            out = row.code[start : start + over]
+            cut = [row.typed("", start, start + over)]
+            yield row.mistake("row-width", start + 1, out=out[:80], edits=cut, **facts)
+    yield from _heights(page, height, resize if alike else [])
+
+
+MOST_SURPLUS = 4  # signs of a row too wide that are taken out; with more it is the size
+
+
+def _surplus(row: Line, wide: Sequence[Line], page: Page, over: int) -> int | None:
+    """Where a row has signs too many: without them it is most like those beside it.
+
+    None where many rows are as wide, so that the size is wrong, or by much.
+    """
+    if over > MOST_SURPLUS or len(wide) > max(1, len(page.rows) // 4):
+        return None
+    lines = page.lines[row.number - 2 : row.number - 1], page.lines[row.number :][:1]
+    beside = [line.code for line in chain(*lines)]
+
+    def likeness(sign: str, others: Iterable[str]) -> int:
+        """How many of the signs above and below are the same."""
+        return sum(sign == other for other in others)
+
+    def loss(place: int) -> int:
+        """How many signs go that are no floor, wall or outside."""
+        return sum(sign not in ".# " for sign in row.code[place : place + over])
+
+    return _best_place(row.code, [*zip_longest(*beside)], over, likeness, loss)
+
+
+def _best_place(
+    mine: Sequence[str],
+    whole: Sequence[Any],
+    over: int,
+    likeness: Callable[..., int],
+    loss: Callable[[int], int] = lambda _: 0,
+) -> int:
+    """Where to take some out of a sequence to make it like a whole one.
+
+    over: how many to take out; below 0, how many to put in;  loss: of places alike
+    """
+    before = [likeness(one, other) for one, other in zip(mine, whole, strict=False)]
+    moved = zip(mine[max(0, over) :], whole[max(0, -over) :], strict=False)
+    behind = [likeness(one, other) for one, other in moved]
+    places = range(len(mine) - max(0, over) + 1)
+    front = [0, *accumulate(before)]
+    back = [0, *accumulate(behind)]
+
+    def gain(place: int) -> tuple[int, int]:
+        """How alike they are then, but for what is the same for all places."""
+        alike = front[min(place, len(before))] - back[min(place, len(behind))]
+        return alike, -loss(place)
+
+    return max(places, key=gain)
+
+
+def _heights(page: Page, height: int, resize: list[Edit]) -> Iterator[Mistake]:
+    """Find drawings with rows too many or too few."""
+    whole = next((floor for floor in page.floors if len(floor.rows) == height), None)
     for floor in page.floors:
         count = len(floor.rows)
-        if count != height:
-            line = floor.rows[height] if count > height else floor.heading
-            yield line.mistake("rows", count=count, height=height)
+        if count == height:
+            continue
+        line = floor.rows[height] if count > height else floor.heading
+        edits = resize
+        if whole and count:
+            edits = _rows_made_right(floor, [row.code for row in whole.rows])
+        yield line.mistake("rows", count=count, height=height, edits=edits)
+
+
+def _rows_made_right(floor: Floor, whole: Sequence[str]) -> list[Edit]:
+    """Take rows out, or put in its own, where it gets most like another floor."""
+    codes = [row.code for row in floor.rows]
+    over = len(codes) - len(whole)
+    place = _best_place(codes, whole, over, _likeness)
+    if over > 0:
+        return [row.typed(None) for row in floor.rows[place : place + over]]
+    lost = whole[place : place - over]
+    new = [max(codes, key=partial(_likeness, other)) for other in lost]
+    if place < len(codes):
+        return [floor.rows[place].above(*new)]
+    last = floor.rows[-1]
+    return [last.typed("".join(f"\n{row}" for row in new), len(last.written))]
+
+
+def _likeness(one: str, other: str) -> int:
+    """How many signs of two rows are the same."""
+    return sum(a == b for a, b in zip(one, other, strict=False))
 
 
 def syntax_stages(page: Page) -> Iterator[Iterable[Mistake]]:
     """Yield what each stage of checks finds, once the stages before find nothing."""
-    yield _foreign_signs(page)
-    yield _headings(page)
+    yield _wrapping(page)
+    yield chain(_foreign_signs(page), _longest(page))
+    yield chain(_headings(page), _tabs(page))
     yield chain(
         _head(page),
         _settings(page),
         _floor_numbers(page),
         _blanks(page),
         _signs(page),
-        _closed_blanks(page),
     )
     yield _shape(page)

@@ -1,0 +1,140 @@
+"""Do what hints say: apply their edits to a text, round by round."""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import chain, count
+from pathlib import Path
+
+from reference.workshop.maps import MOST_SIGNS, Line, lines_of, parse_map
+from reference.workshop.maps.mistakes import Edit, Mistake, MistakesError
+from reference.workshop.storage.files import refuse_no_file, write_whole
+
+MOST_ROUNDS = (
+    60  # each mends what the one before uncovered; floors out of order, one each
+)
+
+
+@dataclass(frozen=True)
+class Repair:
+    """A text in which hints were followed, round by round; left: what remains."""
+
+    text: str
+    rounds: tuple[tuple[Mistake, ...], ...]
+    left: MistakesError | None
+
+
+def repaired_file(path: Path) -> Repair:
+    """Follow the hints about a file; it may be in UTF-16, or in Windows' encoding.
+
+    Raises OSError, InputError for what is no file.
+    """
+    refuse_no_file(path)
+    with path.open("rb") as file:
+        raw = file.read(2 * MOST_SIGNS)
+    encoding = _encoding_of(raw)
+    repair = repaired(raw.decode(encoding, "replace"), str(path))
+    if encoding == "utf-8":
+        return repair
+    first = Line(1, lines_of(raw.decode(encoding, "replace"))[0]).mistake("not-text")
+    return Repair(repair.text, ((first,), *repair.rounds), repair.left)
+
+
+def _encoding_of(raw: bytes) -> str:
+    """Guess how a text is encoded: UTF-8 unless it cannot be."""
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return "utf-16"
+    start = raw[:200]
+    if 2 * start.count(0) >= 0.8 * len(start) > 0:  # every second byte
+        return "utf-16-le" if start[1:2] == b"\0" else "utf-16-be"
+    try:
+        raw.decode("utf-8")
+    except UnicodeDecodeError:
+        binary = re.search(rb"[\x00-\x08\x0e-\x1f]", raw)
+        return "utf-8" if binary else "cp1252"
+    return "utf-8"
+
+
+def write_new(path: Path, text: str) -> Path:
+    """Write a text beside a file, under a name that nobody has; return its path.
+
+    Raises OSError.
+    """
+    stem = re.sub(r"-fixed(-\d+)?$", "", path.stem)
+    ends = chain(["-fixed"], (f"-fixed-{number}" for number in count(2)))
+    for end in ends:
+        new = path.with_name(f"{stem}{end}{path.suffix}")
+        try:
+            new.open("x").close()  # from now on it is ours
+        except FileExistsError:
+            continue
+        try:
+            write_whole(new, text.encode("utf-8", "replace"))
+        except BaseException:
+            new.unlink(missing_ok=True)
+            raise
+        break
+    return new
+
+
+def repaired(text: str, path: str = "<text>") -> Repair:
+    """Follow the hints until the text is fine, or no hint says what to type."""
+    rounds: list[tuple[Mistake, ...]] = []
+    seen = {text}
+    while len(rounds) < MOST_ROUNDS:
+        try:
+            parse_map(text, path)
+        except MistakesError as error:
+            left = error
+        else:
+            return Repair(text, tuple(rounds), None)
+        better = obeyed(text, left.mistakes)
+        if better in seen:  # nothing to type, or hints that undo each other
+            break
+        rounds.append(tuple(mistake for mistake in left.mistakes if mistake.edits))
+        seen.add(better)
+        text = better
+    return Repair(text, tuple(rounds), left)
+
+
+def obeyed(text: str, mistakes: Iterable[Mistake]) -> str:
+    """Type what these mistakes' hints say first."""
+    edits = (edit for mistake in mistakes for edit in mistake.edits)
+    return "\n".join(apply(lines_of(text), edits))
+
+
+def apply(lines: Sequence[str], edits: Iterable[Edit]) -> list[str]:
+    """Apply edits to lines; of two that meet, the one that begins first."""
+    of_line: dict[int, list[Edit]] = {}
+    for edit in sorted(set(edits), key=_order):
+        of_line.setdefault(edit.line, []).append(edit)
+    new: list[str] = []
+    for number, line in enumerate(lines, 1):
+        new += _edited(line, of_line[number]) if number in of_line else [line]
+    return new
+
+
+def _edited(line: str, edits: Sequence[Edit]) -> list[str]:
+    """Lines that take the place of one: none, if it goes, or several."""
+    above = [edit.new or "" for edit in edits if edit.start == edit.stop == 0]
+    within = [edit for edit in edits if edit.new is not None and edit.stop > 0]
+    parts = list(above)
+    end = 0
+    for edit in within:
+        if edit.start >= end:
+            parts += [line[end : edit.start], edit.new or ""]
+            end = edit.stop
+    parts.append(line[end:])
+    if any(edit.new is None for edit in edits):
+        return "".join(above).splitlines()
+    return "".join(parts).split("\n")
+
+
+def _order(edit: Edit) -> tuple[int, int, int, str]:
+    """By place; of those that begin alike the longest first, but what is put before."""
+    return (
+        edit.line,
+        edit.start,
+        -edit.stop if edit.stop > edit.start else -(1 << 30),
+        str(edit.new),
+    )

@@ -1,0 +1,281 @@
+"""Hints that are followed: each brings a plan nearer to a map that is fine.
+
+`maps/cases` holds plans as people draw and send them, `NAME.txt` beside `NAME.fixed`,
+what is right. `disguises` makes more of them from the maps that ship.
+"""
+
+import json
+from pathlib import Path
+from random import Random
+
+import pytest
+from disguises import disguise
+from drawings import HOUSE
+from refusals import refusal
+
+from reference.__main__ import main
+from reference.workshop.maps import MistakesError, parse_map, to_text
+from reference.workshop.maps.repairs import obeyed, repaired
+from reference.workshop.maps.wrapping import find_wrapping
+
+HERE = Path(__file__).parent / "maps"
+SHIPPED = sorted((HERE.parents[2] / "floors").glob("*.txt"))
+GOOD = sorted((HERE / "good").glob("*.txt"))
+BAD = sorted((HERE / "bad").glob("*.txt"))
+CASES = sorted((HERE / "cases").glob("*.txt"))
+ROUNDS = 3
+FINE = (99, 0)
+
+
+def named(path):
+    """The name of a map, for the report of a test."""
+    return path.stem
+
+
+def standing(text):
+    """The stage that finds mistakes and, below 0, how many; and the mistakes."""
+    try:
+        parse_map(text)
+    except MistakesError as error:
+        return (error.stage, -len(error.mistakes)), error.mistakes
+    return FINE, []
+
+
+def told(text):
+    """What is wrong with a text, in words."""
+    return [mistake.what for mistake in standing(text)[1]]
+
+
+# -- Plans that people send ---------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", CASES, ids=named)
+def test_a_plan_is_right_after_three_rounds_of_its_hints(path):
+    """Whoever does what is said arrives, and at the plan that was meant."""
+    repair = repaired(path.read_text())
+    assert repair.left is None and len(repair.rounds) <= ROUNDS
+    assert repair.text == path.with_suffix(".fixed").read_text()
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=named)
+def test_of_ten_disguises_of_a_map_nine_are_right_after_three_rounds(path):
+    """And right means as it was: rooms, doors and exits in their places."""
+    text = path.read_text()
+    right = 0
+    for number in range(10):
+        repair = repaired(disguise(text, number))
+        fine = repair.left is None and len(repair.rounds) <= ROUNDS
+        right += fine and _differ(repair.text, text) <= 20
+    assert right >= 9
+
+
+def _differ(text, other):
+    """How many cells of two plans are drawn in another way; letters of names count."""
+    pairs = zip(parse_map(text).storeys, parse_map(other).storeys, strict=True)
+    signs = [
+        zip("".join(one.rows), "".join(two.rows), strict=True) for one, two in pairs
+    ]
+    return sum(a != b for floor in signs for a, b in floor)
+
+
+@pytest.mark.parametrize("path", [*GOOD, *SHIPPED], ids=named)
+def test_nothing_is_taken_off_a_plan_that_is_fine(path):
+    """No wall for a mark, no note for a listing."""
+    found = find_wrapping(path.read_text().splitlines())
+    assert not (found.words or found.bare or found.listing)
+
+
+FLAT = """building: Flat
+size: 13 x 5
+floor 1:
+#############
+#...#...#...#
+E...+...+...#
+#...#...#...#
+#############
+"""
+
+
+def each_row(change):
+    """The flat with something done to each of its rows."""
+    head, rows = FLAT.splitlines()[:3], FLAT.splitlines()[3:]
+    return "\n".join([*head, *map(change, rows)])
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (",".join, "',' stands between all signs"),
+        (" ".join, "blanks stand between all signs"),
+        ("  ".join, "blanks stand between all signs"),
+        (";".join, "';' stands between all signs"),
+        ("\t".join, r"'\t' stands between all signs"),
+        (lambda row: f"[{', '.join(map(repr, row))}],", "',' stands between all signs"),
+        (lambda row: f"> {row}", "each row begins with '> '"),
+        (lambda row: f"// {row}", "each row begins with '// '"),
+        (lambda row: f"'{row}',", 'each row stands between "\'" and "\',"'),
+        (lambda row: f"| {' | '.join(row)} |", "'|' stands between all signs"),
+    ],
+)
+def test_what_is_around_rows_or_between_signs_is_told_once_before_any_sign(
+    change, words
+):
+    """One message, the first; obeyed, the plan is as it was."""
+    text = each_row(change)
+    assert told(text) == [words]
+    assert parse_map(repaired(text).text) == parse_map(FLAT)
+
+
+@pytest.mark.parametrize(
+    ("sign", "other", "words"),
+    [
+        (".", "f", "'f' stands in too many places to name a room"),
+        (".", "F", "'F' stands in too many places to name a room"),
+        (".", "B", "'B' stands in too many places to name a room"),
+        ("#", "W", "'W' stands around the plan, and names no room"),
+        ("#", "w", "'w' stands around the plan, and names no room"),
+        ("#", "C", "'C' stands around the plan, and names no room"),
+        ("+", "d", "'d' stands in a gap between walls, and names no room"),
+        ("+", "D", "'D' stands in a gap between walls, and names no room"),
+        ("E", "X", "'X' has no meaning in the outer wall"),
+        ("E", "e", "'e' has no meaning in the outer wall"),
+    ],
+)
+def test_a_letter_is_read_by_where_it_stands(sign, other, words):
+    """All over rooms it is floor, around the plan a wall, in a gap a door."""
+    head, _, rows = FLAT.partition("floor 1:\n")
+    text = f"{head}floor 1:\n{rows.replace(sign, other)}"
+    assert told(text) == [words]
+    assert parse_map(repaired(text).text) == parse_map(FLAT)
+
+
+def test_a_name_keeps_the_letter_that_is_drawn_for_floor():
+    """Inside its word; at its ends nobody can tell."""
+    text = HOUSE.replace(".", "e").replace("Ee", "E.")
+    fixed = parse_map(repaired(text).text)
+    assert ".desk+map#" in fixed.storeys[1].rows[2]
+
+
+# -- Hints --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", [*BAD, *CASES], ids=named)
+def test_every_hint_obeyed_leaves_fewer_mistakes(path):
+    """Each by itself and all together: fewer of its stage, or a later stage."""
+    text = path.read_text()
+    before, mistakes = standing(text)
+    typed = [mistake for mistake in mistakes if mistake.edits]
+    for mistake in typed:
+        assert standing(obeyed(text, [mistake]))[0] > before, mistake
+    if typed:
+        assert standing(obeyed(text, mistakes))[0] > before
+
+
+SPOILS = "#.+EABCD abcxyz:|-19XZ\n\N{LATIN SMALL LETTER E WITH ACUTE}"
+
+
+def test_hints_end_and_lead_further_however_a_plan_is_spoilt():
+    """Of a hundred spoilt by lot four in five come right; none comes out worse."""
+    right = 0
+    for number in range(100):
+        lot = Random(number)
+        text = HOUSE
+        for _ in range(lot.randint(1, 3)):
+            place = lot.randrange(len(text))
+            signs = "".join(lot.choices(SPOILS, k=lot.randint(0, 2)))
+            text = text[:place] + signs + text[place + lot.randint(0, 2) :]
+        repair = repaired(text)
+        right += repair.left is None
+        assert standing(repair.text)[0] >= standing(text)[0]
+    assert right >= 80
+
+
+# -- check --fix --------------------------------------------------------------------
+
+
+@pytest.fixture
+def plan(in_an_empty_folder, tmp_path):
+    """A plan with marks before its rows, in the current folder."""
+    path = tmp_path / "plan.txt"
+    path.write_text("".join(f"> {line}\n" for line in FLAT.splitlines()))
+    return path
+
+
+def test_fix_writes_a_new_map_and_says_what_it_changed(plan, capsys):
+    """The old one stays; what comes next can be typed."""
+    old = plan.read_text()
+    assert main(["check", "plan.txt", "--fix"]) == 0
+    said = capsys.readouterr()
+    assert said.out.splitlines() == [
+        "written: plan-fixed.txt",
+        "round 1, the first that each hint says:",
+        "  1:1: each row begins with '> '. "
+        "Take this out of all rows: 'check --fix' does it for you.",
+        "ok: Flat, floors 1, rooms [3], doors 2, exits 1, stairwells 0",
+    ]
+    assert said.err == "next: python -m reference draw plan-fixed.txt\n"
+    assert plan.read_text() == old
+    assert plan.with_name("plan-fixed.txt").read_text() == FLAT
+
+
+def test_fix_writes_over_nothing(plan, capsys):
+    """Each time another name; the fix of a fix counts on."""
+    for name in ("plan-fixed", "plan-fixed-2", "plan-fixed-3"):
+        assert main(["check", "plan.txt", "--fix", "--json"]) == 0
+        report = json.loads(capsys.readouterr().out)
+        assert report["written"] == f"{name}.txt"
+        assert [len(changes) for changes in report["changes"]] == [1]
+    spoilt = plan.with_name("plan-fixed-2.txt")
+    spoilt.write_text(FLAT.replace("+", "|"))
+    assert main(["check", spoilt.name, "--fix"]) == 0
+    assert capsys.readouterr().out.startswith("written: plan-fixed-4.txt\n")
+
+
+def test_fix_writes_nothing_where_nothing_is_wrong(plan, capsys):
+    """It says so, and what is in the map."""
+    plan.write_text(FLAT)
+    assert main(["check", "plan.txt", "--fix"]) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("ok: Flat")
+    assert said.err == "nothing to fix: no file is written\n"
+    assert [path.name for path in plan.parent.iterdir()] == ["plan.txt"]
+
+
+def test_refuses_to_fix_what_no_hint_can(plan, capsys):
+    """Nothing is drawn: somebody has to draw."""
+    plan.write_text("building: Flat\n")
+    status, page = refusal(capsys, "check", "plan.txt", "--fix")
+    assert status == 1 and "no floor is drawn" in page
+    assert "nothing is written: no hint here says what to type\n" in page
+    assert [path.name for path in plan.parent.iterdir()] == ["plan.txt"]
+
+
+def test_fix_says_what_is_left_to_do(plan, capsys):
+    """What can be done is written; the rest is explained in the new file."""
+    plan.write_text(FLAT.replace("floor 1:", "flor 1:").replace(".", "#"))
+    assert main(["check", "plan.txt", "--fix"]) == 1
+    said = capsys.readouterr()
+    assert said.out.startswith("written: plan-fixed.txt\n")
+    assert "plan-fixed.txt:3:1: no room is drawn on floor 1" in said.err
+    assert said.err.endswith("next: python -m reference check plan-fixed.txt --watch\n")
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "cp1252"])
+def test_fix_saves_another_encoding_as_utf_8(encoding, plan, capsys):
+    """As the hint says; it is the first that is told."""
+    plan.write_bytes(FLAT.replace("Flat", "Fl\u00e4t").encode(encoding))
+    assert main(["check", "plan.txt"]) == 1
+    page = capsys.readouterr().err
+    assert "hint: Save the file as plain text, as UTF-8." in page
+    assert page.endswith("next: python -m reference check plan.txt --fix\n")
+    assert main(["check", "plan.txt", "--fix"]) == 0
+    fixed = plan.with_name("plan-fixed.txt").read_text("utf-8")
+    assert parse_map(fixed) == parse_map(to_text(parse_map(FLAT)))
+
+
+def test_refuses_to_fix_a_pipe_or_while_watching(plan, capsys):
+    """A new file stands beside an old one, and is written once."""
+    status, said = refusal(capsys, "check", "/dev/null", "--fix")
+    assert status == 1 and "Name a file." in said
+    status, said = refusal(capsys, "check", "plan.txt", "--fix", "--watch")
+    assert (status, said) == (2, "--fix, --watch: they exclude each other.\n")
