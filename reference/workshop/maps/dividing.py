@@ -22,6 +22,7 @@ YARD = -2  # no way out leads there
 STAIRS = (-3, -4)  # of stairwells A and B
 
 LEAST_ROOM = 3  # [A1, chosen] metres between the walls of a room
+LEAST_WING = 4  # [A1, chosen] metres of what lies on either side of a corridor
 CORRIDOR_METRES = (2, 3)  # [A1, chosen] a corridor is as wide as one of these
 
 Cells = tuple[slice, slice]
@@ -123,19 +124,20 @@ def _cut_corridors(
     """Cut corridors through the largest boxes; return the boxes, and the corridors."""
     boxes = [body]
     corridors = list[Box]()
+    along = int(body.metres[1] > body.metres[0])  # the first runs the longer way
     for _ in range(count):
         box = max(boxes, key=lambda box: box.area)
         wide = int(rng.choice(CORRIDOR_METRES))
-        across = int(box.metres[1] < box.metres[0])  # it runs along the longer side
-        if rng.random() < 0.2:
-            across = 1 - across
-        places = _places(box, across, blocks, thick=wide + 1)
+        across = 1 - along
+        places = _places(box, across, blocks, LEAST_WING, thick=wide + 1)
         if places:
             at = _near_the_middle(rng, box, across, places)
             boxes.remove(box)
             boxes.append(box.part(across, box.low[across], at))
             boxes.append(box.part(across, at + wide + 1, box.high[across]))
             corridors.append(box.part(across, at, at + wide + 1))
+        if rng.random() < 0.7:  # the next one meets it, or lies beside it
+            along = 1 - along
     return boxes, corridors
 
 
@@ -162,7 +164,7 @@ def _halves(rng: Rng, box: Box, blocks: Sequence[Box]) -> list[Box]:
     if is_square and rng.random() < 0.5:
         longer = 1 - longer
     for axis in (longer, 1 - longer):
-        places = _places(box, axis, blocks, thick=0)
+        places = _places(box, axis, blocks, LEAST_ROOM)
         if places:
             at = _near_the_middle(rng, box, axis, places)
             first = box.part(axis, box.low[axis], at)
@@ -170,17 +172,18 @@ def _halves(rng: Rng, box: Box, blocks: Sequence[Box]) -> list[Box]:
     return []
 
 
-def _places(box: Box, axis: int, blocks: Sequence[Box], thick: int) -> list[int]:
+def _places(
+    box: Box, axis: int, blocks: Sequence[Box], least: int, thick: int = 0
+) -> list[int]:
     """Find where a wall may stand across an axis, with another so far behind it.
 
-    On both sides there is place for a room, also beside a block.
+    On both sides this many metres are left, or at least a room's beside a block.
     """
     spans = [(b.low[axis], b.high[axis]) for b in blocks if b.gap(box) < 0]
-    least = LEAST_ROOM + 1
     places = []
-    for at in range(box.low[axis] + least, box.high[axis] - thick - least + 1):
+    for at in range(box.low[axis] + least + 1, box.high[axis] - thick - least):
         gaps = [max(at - high, low - at - thick) for low, high in spans]
-        if all(gap == 0 or gap >= least for gap in gaps):
+        if all(gap == 0 or gap > LEAST_ROOM for gap in gaps):
             places.append(at)
     return places
 

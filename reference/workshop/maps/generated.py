@@ -127,7 +127,7 @@ def _divided(
     boxes = [box for _, box in blocks]
     side = sqrt(body.area - sum(box.area for box in boxes))  # of a square as large
     wanted = max(round(side * (0.32 + 0.2 * rng.random())), 2)
-    corridors = int(rng.integers(int(side > 14), 2 + int(side) // 14))
+    corridors = int(rng.integers(int(side > 14), 2 + int(side) // 20))
 
     layouts = list[Layout]()
     for _ in range(floors):
@@ -387,15 +387,17 @@ def _write_names(
 
 
 def _name_of(rng: Rng, words: Sequence[str], used: set[str], length: int) -> str:
-    """Draw one of the first free words with place around it; else add a number."""
-    free = [word for word in words if len(word) + 2 <= length and word not in used]
-    if free:
-        return free[int(rng.integers(min(len(free), 4)))]
-    numbered = (f"{word}{k}" for k in range(2, 100) for word in words)
-    for name in (*words, *numbered):
-        if len(name) <= length and name not in used:
-            return name
-    return ""
+    """Draw one of the first free words, with place around it if it can be.
+
+    Where no word fits or all are taken, one has a number; "" if that is too long too.
+    """
+    for around in (2, 0):
+        fit = [word for word in words if len(word) + around <= length]
+        free = [word for word in fit if word not in used]
+        if free:
+            return free[int(rng.integers(min(len(free), 4)))]
+    numbered = (f"{word}{k}" for k in range(2, 100) for word in fit)
+    return next((n for n in numbered if n not in used and len(n) <= length), "")
 
 
 def _line_for_a_name(mask: np.ndarray) -> tuple[int, int, int]:
