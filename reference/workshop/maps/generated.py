@@ -186,10 +186,11 @@ def _put_stairs_inside(
     """Add stairwells in the main body to the blocks; return the others, with sides."""
     beside = []
     for sign, side in zip(STAIRS, sides, strict=False):
-        low, *_, high = _starts(body, side)
+        starts = _starts(body, side)
+        low, high = starts[0], starts[-1]
         shafts = [
             _shaft_at(body, side, at, is_inside=True)
-            for at in _starts(body, side)
+            for at in starts
             if at in (low, high) or low + LEAST_ROOM < at < high - LEAST_ROOM
         ]
         least = LEAST_ROOM + 1  # a room fits between
