@@ -11,6 +11,7 @@ axis     0 from north to south, 1 from west to east
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -87,6 +88,11 @@ class Layout:
     def count(self) -> int:
         """How many rooms there are, corridors counted."""
         return int(self.rooms.max())
+
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """(count + 1,) square metres of rooms by their numbers; 0 of none."""
+        return np.bincount(self.rooms[self.rooms > WALL])
 
 
 def divide(

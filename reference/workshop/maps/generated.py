@@ -87,7 +87,7 @@ def generated_text(
     storeys = []
     for number, layout in enumerate(layouts):
         rooms = _with_blocks(layout.rooms, body, blocks)
-        storeys.append(_drawn(rng, kind, rooms, layout.corridors, number))
+        storeys.append(_drawn(rng, kind, Layout(rooms, layout.corridors), number))
 
     head = [
         "; Drawn by lot. The same command draws it again:",
@@ -131,7 +131,8 @@ def _divided(
 
     layouts = list[Layout]()
     for _ in range(floors):
-        layout = divide(rng, shape, body, boxes, wanted, corridors)
+        few = min(corridors, 1 + wanted // 5)
+        layout = divide(rng, shape, body, boxes, wanted, few)
         layouts.append(layout)
         fewer = round(layout.count * (0.55 + 0.3 * rng.random()))
         wanted = min(max(fewer, 3), layout.count)
@@ -260,10 +261,9 @@ def _with_blocks(rooms: np.ndarray, body: Box, blocks: Blocks) -> np.ndarray:
 # -- Doors, entrances, exits --------------------------------------------------------
 
 
-def _drawn(
-    rng: Rng, kind: str, rooms: np.ndarray, corridors: frozenset[int], number: int
-) -> np.ndarray:
+def _drawn(rng: Rng, kind: str, layout: Layout, number: int) -> np.ndarray:
     """Draw the signs of a floor; number: 0 for the ground floor, which has exits."""
+    rooms = layout.rooms
     signs = np.full(rooms.shape, ".")
     signs[rooms == WALL] = "#"
     signs[(rooms == OUTSIDE) | (rooms == YARD)] = " "
@@ -273,10 +273,12 @@ def _drawn(
     walls: dict[tuple[int, int], list[Border]] = {}
     for border in borders(rooms):
         walls.setdefault(border.sides, []).append(border)
-    _cut_doors(rng, signs, walls, corridors)
-    _cut_entrances(rng, signs, walls, corridors)
-    entered = set[int]() if number else _cut_exits(rng, signs, walls)
-    _write_names(rng, signs, rooms, corridors, entered, NAMES[kind]["rooms"])
+    _cut_doors(rng, signs, walls, layout.corridors)
+    _cut_entrances(rng, signs, walls, layout.corridors)
+    entered = set[int]()
+    if number == 0:
+        entered = _cut_exits(rng, signs, walls, layout)
+    _write_names(rng, signs, layout, entered, NAMES[kind]["rooms"])
     return signs
 
 
@@ -311,32 +313,37 @@ def _cut_entrances(
             _open(rng, signs, walls[sign, rooms[int(np.argmax(ranks))]], "+", 2)
 
 
-def _cut_exits(rng: Rng, signs: np.ndarray, walls: Walls) -> set[int]:
-    """Cut one to four exits, far from each other [A4]; return the rooms behind."""
+def _cut_exits(rng: Rng, signs: np.ndarray, walls: Walls, layout: Layout) -> set[int]:
+    """Cut one to four exits, far from each other [A4]; return the rooms behind.
+
+    They lie rather at the end of a corridor than in a closet.
+    """
     pieces = [
         (room, piece)
         for (out, room), found in sorted(walls.items())
         if out == OUTSIDE and room > WALL
         for piece in found
     ]
-    perimeter = sum(len(piece.cells) for _, piece in pieces)
-    most = min(4, 1 + perimeter // 20)
-    count = min(int(rng.choice(4, p=(0.15, 0.4, 0.3, 0.15))) + 1, most)
-    wide = int(rng.integers(1, 3 + (perimeter > 100)))
+    ranks = []
+    for room, piece in pieces:
+        size = 6.0 if room in layout.corridors else min(1.0, layout.sizes[room] / 50)
+        ranks.append(size * len(piece.cells))
 
+    perimeter = sum(len(piece.cells) for _, piece in pieces)
+    count = int(rng.choice((1, 2, 3, 4), p=(0.15, 0.4, 0.3, 0.15)))
+    count = min(count, 1 + perimeter // 20, len(pieces))
+    wide = int(rng.integers(1, 3 + (perimeter > 100)))
     rooms = set[int]()
-    middles = list[np.ndarray]()
+    places = list[np.ndarray]()
     for _ in range(count):
-        lengths = [len(piece.cells) for _, piece in pieces]
-        chances = np.array(lengths) / sum(lengths)
-        drawn = rng.choice(len(pieces), 3, p=chances).tolist()
-        far = [_metres_to(middles, pieces[k][1]) for k in drawn]
-        room, piece = pieces.pop(drawn[int(np.argmax(far))])
+        drawn = rng.choice(len(pieces), 3, p=np.array(ranks) / sum(ranks)).tolist()
+        far = [_metres_to(places, pieces[k][1]) for k in drawn]
+        chosen = drawn[int(np.argmax(far))]
+        room, piece = pieces.pop(chosen)
+        ranks.pop(chosen)
         _open(rng, signs, [piece], "E", wide)
-        middles.append(piece.cells.mean(axis=0))
+        places.append(piece.cells.mean(axis=0))
         rooms.add(room)
-        if not pieces:
-            break
     return rooms
 
 
@@ -364,23 +371,20 @@ def _open(
 def _write_names(
     rng: Rng,
     signs: np.ndarray,
-    rooms: np.ndarray,
-    corridors: frozenset[int],
+    layout: Layout,
     entered: set[int],
     words: Sequence[str],
 ) -> None:
     """Write a name on the floor of each room, large rooms first."""
-    sizes = np.bincount(rooms[rooms > WALL])
+    sizes = layout.sizes
     used = set[str]()
-    for room in np.argsort(-sizes, kind="stable").tolist():
-        if not sizes[room]:
-            continue
+    for room in np.argsort(-sizes, kind="stable")[: layout.count].tolist():
         pool = [*words, *NAMES["spare"]]
-        if room in corridors:
+        if room in layout.corridors:
             pool = NAMES["corridors"]
         elif room in entered:
             pool = NAMES["entrances"] + pool
-        row, column, length = _line_for_a_name(rooms == room)
+        row, column, length = _line_for_a_name(layout.rooms == room)
         name = _name_of(rng, pool, used, length)
         used.add(name)
         start = column + (length - len(name)) // 2
