@@ -102,14 +102,20 @@ def test_other_seeds_draw_other_buildings():
             assert not np.array_equal(signs[one], signs[other])
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_whoever_is_alone_in_a_new_building_finds_out(seed):
+@pytest.mark.parametrize(
+    "size",
+    [SIZES[0], *(pytest.param(size, marks=pytest.mark.slow) for size in SIZES[1:])],
+    ids=lambda size: "{}x{}".format(*size),
+)
+def test_whoever_is_alone_in_a_new_building_finds_out(size):
     """By Algorithm 2, from the top, if there is no fire, and health without end."""
-    building = generated(seed, 15, 10, 3)
-    scenario = Scenario(people_per_floor=(0, 0, 1), time_limit=3600)
-    simulation = Simulation(building, scenario, seed=seed)
-    simulation.world.bodies.health[:] = np.inf
-    assert simulation.run().evacuated == 1
+    for seed in range(1, 7):
+        building = generated(seed, *size, floors_of(seed))
+        start = (*[0] * (building.floors - 1), 1)
+        scenario = Scenario(people_per_floor=start, time_limit=3600)
+        simulation = Simulation(building, scenario, seed=seed)
+        simulation.world.bodies.health[:] = np.inf
+        assert simulation.run().evacuated == 1
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,8 @@
 The book's `floorplan` refuses in one line what it cannot read; here a drawing is
 checked in stages, and all mistakes of the first stage that finds any are shown with the
 line, a caret and one thing to do. Read on in `mistakes` (what one looks like), `syntax`
-(how a drawing is written) and `semantics` (what is drawn).
+(how a drawing is written) and `semantics` (what is drawn). `generated` draws new maps
+by lot, with rooms from `dividing`.
 """
 
 import copyreg

@@ -107,11 +107,11 @@ def divide(
 
     shape: rows and columns of the drawing
     """
-    boxes, lanes = _cut_corridors(rng, body, blocks, corridors)
+    boxes, passages = _cut_corridors(rng, body, blocks, corridors)
     more = 1 + wanted // 4
-    boxes = _cut_rooms(rng, boxes, blocks, wanted + more - len(lanes))
+    boxes = _cut_rooms(rng, boxes, blocks, wanted + more - len(passages))
 
-    rooms = _Rooms(shape, lanes)
+    rooms = _Rooms(shape, passages)
     for box in boxes:
         rooms.add(_without_blocks(box, blocks))
     rooms.find_walls()
@@ -225,15 +225,16 @@ def _without_blocks(box: Box, blocks: Sequence[Box]) -> list[Box]:
 class _Rooms:
     """Boxes, and which of them are one room.
 
-    boxes  those of corridors first;  room  of each box, the index of its room's first
+    boxes  those of corridors first;  corridors  how many
+    room   of each box, the index of the first box of its room
     walls  the cells of wall between two boxes, by their indices
     """
 
     def __init__(self, shape: tuple[int, int], corridors: Sequence[Box]) -> None:
         self.shape = shape
-        self.lanes = len(corridors)
+        self.corridors = len(corridors)
         self.boxes = list(corridors)
-        self.room = list(range(self.lanes))
+        self.room = list(range(self.corridors))
         self.walls: dict[tuple[int, int], Cells] = {}
 
     @property
@@ -266,7 +267,7 @@ class _Rooms:
 
     def is_corridor(self, room: int) -> bool:
         """Is one of its boxes a corridor?"""
-        return room < self.lanes
+        return room < self.corridors
 
     def layout(self) -> Layout:
         """Paint the rooms, without walls in them."""
@@ -311,7 +312,7 @@ def _take_pillars_away(rooms: np.ndarray) -> None:
 def _join_corridors(rng: Rng, rooms: _Rooms) -> None:
     """Join most corridors that meet; a door will part the others."""
     for one, two in rooms.walls:
-        if max(one, two) < rooms.lanes and rng.random() < 0.75:
+        if max(one, two) < rooms.corridors and rng.random() < 0.75:
             rooms.join(one, two)
 
 

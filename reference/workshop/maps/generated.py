@@ -39,7 +39,7 @@ from reference.workshop.maps.syntax import MOST_FLOORS
 
 LEAST_SIDE = 6  # [A1, chosen] cells of a main body's side: one room of 4 m
 MOST_SIDE = 180  # [A1, chosen] with stairwells beside it, a drawing holds it
-MOST_GROUND = 100_000  # [A1, chosen] cells of all floors: 0.7 GB to simulate
+MOST_AREA = 100_000  # [A1, chosen] cells of all floors: 0.7 GB to simulate
 
 SHAFT = (4, 5)  # rows and columns of a stairwell from wall to wall, as in the paper
 LEAST_INSIDE = 16  # cells of the sides of a main body that may have stairs in it
@@ -111,10 +111,10 @@ def _refuse(seed: int, width: int, height: int, floors: int) -> None:
         raise InputError(
             f"no new building has {floors} floors. Take 1 to {MOST_FLOORS}."
         )
-    if width * height * floors > MOST_GROUND:
+    if width * height * floors > MOST_AREA:
         raise InputError(
             f"no new building has {floors} floors of {size} cells. Take at most "
-            f"{MOST_GROUND:,} cells in all."
+            f"{MOST_AREA:,} cells in all."
         )
     if seed < 0:
         raise InputError(f"{seed} is no seed of a new building. Take 0 or more.")
@@ -131,8 +131,8 @@ def _divided(
 
     layouts = list[Layout]()
     for _ in range(floors):
-        few = min(corridors, 1 + wanted // 5)
-        layout = divide(rng, shape, body, boxes, wanted, few)
+        corridors = min(corridors, 1 + wanted // 5)
+        layout = divide(rng, shape, body, boxes, wanted, corridors)
         layouts.append(layout)
         fewer = round(layout.count * (0.55 + 0.3 * rng.random()))
         wanted = min(max(fewer, 3), layout.count)
@@ -219,12 +219,11 @@ def _put_stairs_beside(
             behind = _shaft_at(body, side, at, is_inside=True)
             if all(behind.gap(box) >= 0 for _, box in blocks):
                 shafts.append(_shaft_at(body, side, at, is_inside=False))
-                near = [{*layout.rooms[behind.inside].flat} for layout in layouts]
-                lanes = [
-                    bool(layout.corridors & rooms)
-                    for layout, rooms in zip(layouts, near, strict=True)
+                at_corridor = [
+                    bool(layout.corridors & {*layout.rooms[behind.inside].flat})
+                    for layout in layouts
                 ]
-                ranks.append(sum(lanes) + 1.5 * rng.random())
+                ranks.append(sum(at_corridor) + 1.5 * rng.random())
         blocks.append((sign, shafts[int(np.argmax(ranks))]))
 
 
@@ -287,7 +286,7 @@ def _cut_doors(
 ) -> None:
     """Join all rooms by as few doors as can be, to corridors first; then some more."""
     pairs = sorted(sides for sides in walls if min(sides) > WALL)
-    lanes = {pair: len(corridors & {*pair}) for pair in pairs}
+    lanes = {pair: len(corridors & {*pair}) for pair in pairs}  # how many are corridors
     graph = nx.Graph()
     for pair in pairs:
         graph.add_edge(*pair, weight=(3, 1, 0)[lanes[pair]] + rng.random())
