@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from reference import Scenario, Simulation
-from reference.building import OUTSIDE, build
+from reference.building import OUTSIDE, Kind, build
 from reference.paper import InputError
 from reference.workshop.maps import parse_map
 from reference.workshop.maps.generated import generated, generated_text
@@ -100,6 +100,30 @@ def test_other_seeds_draw_other_buildings():
         signs = generated(seed, 24, 16, 3).signs
         for one, other in ((0, 1), (0, 2), (1, 2)):
             assert not np.array_equal(signs[one], signs[other])
+
+
+def bends(area):
+    """Is a room no rectangle?"""
+    rows, columns = np.ptp(area.cells, axis=0) + 1
+    return area.size < rows * columns
+
+
+def test_new_buildings_have_all_that_makes_ways_differ():
+    """Rooms that bend, narrow and wide doors, few and many ways out, stairs inside."""
+    exits, stairwells, doors, inside = set(), set(), set(), set()
+    for seed in range(30):
+        building = generated(seed)
+        assert any(map(bends, building.areas))
+        exits.add(len(building.exits))
+        stairwells.add(len(building.stairwells))
+        doors |= {mark.width for mark in building.landmarks if mark.kind is Kind.DOOR}
+        left, bottom, right, top = building.body
+        for x, y in (well.centre for well in building.stairwells):
+            inside.add(left < x < right and bottom < y < top)
+    assert exits == {1, 2, 3, 4}
+    assert stairwells == {1, 2}
+    assert doors == {1, 2}
+    assert inside == {True, False}
 
 
 @pytest.mark.parametrize(
