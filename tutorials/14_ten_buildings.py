@@ -23,9 +23,9 @@ from reference.workshop.storage.workers import InProcess
 
 small = generated_text(seed=3, width=15, height=10, floors=1)
 print(*small.splitlines()[-10:], sep="\n")
-#> ######E########
+#> ###############
 #> #...#.........#
-#> #tea+..entry..#
+#> #tea+..entry..E
 #> #...#.........#
 #> ##+##++##.....#
 #> #...#...#######
