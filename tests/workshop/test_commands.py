@@ -24,6 +24,7 @@ from reference.__main__ import COMMANDS, main
 from reference.simulation import Simulation
 from reference.workshop.commands import evacuation
 from reference.workshop.comparing.named import PLAYER_NAMES
+from reference.workshop.maps.generated import generated_text
 from reference.workshop.measuring import bench
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.strategies.fires import BusiestFire
@@ -103,6 +104,19 @@ def test_floors_lists_the_maps_that_ship_or_prints_one(capsys, tmp_path):
     assert main(["floors", "museum"]) == 0
     (tmp_path / "mine.txt").write_text(capsys.readouterr().out)
     assert main(["check", "mine.txt"]) == 0
+
+
+def test_floors_draws_a_new_building_that_check_passes(capsys, tmp_path):
+    """The same for the same seed; its first note is the command that draws it."""
+    command = "floors --new --seed 5 --size 15x10 --floors 2"
+    assert main(command.split()) == 0
+    drawn = capsys.readouterr().out
+    assert drawn == generated_text(5, 15, 10, 2)
+    assert drawn.splitlines()[1] == f"; python -m reference {command}"
+    (tmp_path / "new.txt").write_text(drawn)
+    assert main(["check", "new.txt"]) == 0
+    assert main(["floors", "--new"]) == 0
+    assert "--seed 0 --size 40x40 --floors 3" in capsys.readouterr().out
 
 
 def test_check_watches_a_map_until_ctrl_c(shed, tmp_path, capsys, monkeypatch):
@@ -369,6 +383,12 @@ def test_the_first_look_says_that_its_worker_has_died(capsys, filmed, monkeypatc
     [
         ("check nowhere.txt", 1, "nowhere.txt"),
         ("floors /dev/zero", 1, "/dev/zero: is a folder,"),
+        ("floors --new --size 3x3", 2, "'3x3' is not WIDTHxHEIGHT, both from 6 to 180"),
+        ("floors --new --size big", 2, "'big' is not WIDTHxHEIGHT"),
+        ("floors --new --floors 0", 2, "'0' is not a whole number from 1 to 30"),
+        ("floors --new --size 180x180 --floors 9", 1, "Take at most 100,000 cells"),
+        ("floors --size 20x20 --seed 1", 2, "--seed, --size: add --new."),
+        ("floors tiny --new", 2, "a new building has no name"),
         ("draw tiny -o missing/tiny.png", 1, "Name a file in a folder that exists"),
         ("draw tiny -o tiny.bmp", 2, "does not end in one of .png, .svg, .pdf"),
         ("draw tiny --view inside", 2, "invalid choice: 'inside'"),
@@ -580,7 +600,7 @@ def test_bench_prints_one_table(capsys, monkeypatch):
 
 
 WITHOUT_NUMBERS = {"draw", "floors", "curves", "paper"}
-WITHOUT_CHANCE = WITHOUT_NUMBERS | {"check", "experiment", "strategies"}
+WITHOUT_CHANCE = {"draw", "curves", "paper", "check", "experiment", "strategies"}
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])

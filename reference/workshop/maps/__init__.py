@@ -5,6 +5,7 @@ checked in stages, and all mistakes of the first stage that finds any are shown 
 line, a caret and one thing to do. Read on in `mistakes` (what one looks like),
 `wrapping` (what is around rows), `signs` (what each stands for), `syntax` (how a
 drawing is written), `semantics` (what is drawn), `repairs` (doing what hints say).
+`generated` draws new maps by lot, with rooms from `dividing`.
 """
 
 import copyreg

@@ -240,9 +240,8 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
 def at_way_out(building: Building, way: Landmark) -> Destination:
     """Find a point that means this way out and no other beside it [C6] [C7].
 
-    The stairwell's middle, or the exit itself, unless Eq. 1 leads away from there. If it
-    does from everywhere near the exit, the nearest place on foot that Eq. 1 keeps: there
-    robots say "follow me", and people see the exit.
+    The stairwell's middle, or the exit itself, unless Eq. 1 leads away from there. If
+    it does from everywhere near the exit, the nearest place on foot that Eq. 1 keeps.
     """
     if way.stairwell >= 0:
         return building.stairwells[way.stairwell].centre
