@@ -245,6 +245,20 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
     """
     if way.stairwell >= 0:
         return building.stairwells[way.stairwell].centre
+    point = _means(building, way)
+    if point:
+        return point
+    floor = np.zeros(navigation_of(building).places, dtype=bool)
+    floor.reshape(building.floors, -1)[way.floor] = True
+    found = nearest_places(building, [way.index], floor & keeps_destination(building))
+    if not found:
+        return way.position
+    x, y = navigation_of(building).centres[found[0]].tolist()
+    return x, y
+
+
+def _means(building: Building, way: Landmark) -> Destination | None:
+    """Find a point near an exit at which robots say "this exit", the exit first."""
     points = navigation_of(building).centres[: building.kind[0].size]
     off = lengths(points - way.position)
     nearest_first = np.argsort(off, kind="stable")
@@ -253,13 +267,13 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
         target = actual_target(building, way.floor, *point)
         if said_on_the_way(building, way.floor, target) == way.index:
             return point
-    floor = np.zeros(navigation_of(building).places, dtype=bool)
-    floor.reshape(building.floors, -1)[way.floor] = True
-    found = nearest_places(building, [way.index], floor & keeps_destination(building))
-    if not found:
-        return way.position
-    x, y = navigation_of(building).centres[found[0]].tolist()
-    return x, y
+    return None
+
+
+def exits_without_a_word(building: Building) -> list[Landmark]:
+    """List the exits that robots cannot mean: beside them Eq. 1 leads to stairs [C6]."""
+    exits = [mark for mark in building.landmarks if mark.kind is Kind.EXIT]
+    return [mark for mark in exits if _means(building, mark) is None]
 
 
 def decisions_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
