@@ -15,7 +15,7 @@ from reference import paper
 from reference.__main__ import main
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.comparing import design, jobs, matches, report
+from reference.workshop.comparing import design, jobs, matches, report, runs
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.own import from_code
@@ -232,7 +232,8 @@ def test_a_policy_brings_the_building_and_scenario_that_it_has_learned_in(mine, 
 
 # -- Code that goes astray ----------------------------------------------------------
 
-RUN = "evaluate --building tiny --people 3 --episodes 2 --fire none --json".split()
+RUN = ["evaluate", "--building", "tiny", "--people", "3", "--episodes", "2"]
+RUN += ["--fire", "none", "--json"]
 BESIDE = ["--workers", "1"], ["--workers", "0"]
 
 
@@ -357,7 +358,7 @@ def test_refuses_words_for_metres(answer, mine, capsys):
 
 
 REMEMBERS = """
-from helper import COUNT
+from HELPER import COUNT
 NUMBER = [0]
 class Place:
     count = 0
@@ -380,22 +381,26 @@ WHERE = {
 
 
 @pytest.mark.parametrize("where", WHERE)
-def test_no_run_depends_on_what_was_played_before_it(where, mine, capsys):
+def test_no_run_depends_on_what_was_played_before_it(where, mine):
     """Wherever code remembers: so it makes no difference how many workers there are."""
-    Path("helper.py").write_text("COUNT = [0]\n")
+    Path(f"{mine}_helper.py").write_text("COUNT = [0]\n")
     here, counting = WHERE[where]
-    code = REMEMBERS.replace("HERE", here).replace("COUNTING", counting)
+    code = (
+        REMEMBERS.replace("HELPER", f"{mine}_helper")
+        .replace("HERE", here)
+        .replace("COUNTING", counting)
+    )
     Path(f"{mine}.py").write_text(code)
-    alone = [*RUN, "--workers", "0", "--robots", f"{mine}:Odd", f"{mine}:ready"]
-    alone[alone.index("2")] = "1"
-    of_seeds = []
-    for words in (alone, [*alone, "--seed", "1"]):
-        assert main([*words, "--out", f"out{len(of_seeds)}"]) == 0
-        of_seeds.append(Path(f"out{len(of_seeds)}/runs.csv").read_text().splitlines())
-    both = [*RUN, "--workers", "0", "--robots", f"{mine}:Odd", f"{mine}:ready"]
-    assert main([*both, "--out", "both"]) == 0
-    rows = Path("both/runs.csv").read_text().splitlines()
-    assert {*rows} == {row for rows in of_seeds for row in rows}
+
+    def played(seed, episodes):
+        words = [f"{mine}:Odd", f"{mine}:ready"]
+        evaluation = matches.begin_evaluation(
+            words, ["none"], "tiny", people=3, seed=seed, episodes=episodes
+        )
+        return runs.play_evaluation(evaluation, None, InProcess())
+
+    together = {result.run: result for result in played(0, 2)}
+    assert together == {result.run: result for k in (0, 1) for result in played(k, 1)}
 
 
 def test_code_that_imports_numbers_changes_them_once(mine, monkeypatch):
@@ -412,8 +417,7 @@ def test_code_that_imports_numbers_changes_them_once(mine, monkeypatch):
 def test_code_that_changes_while_it_is_played_is_refused(mine):
     """One name would stand for two strategies in a table."""
     evaluation = matches.begin_evaluation([f"{mine}:Guide"], ["none"], "tiny", people=2)
-    runs = iter(evaluation.runs[:2])
-    played = evaluation.simulations(runs)
+    played = evaluation.simulations([*evaluation.runs[:2]])
     next(played)
     Path(f"{mine}.py").write_text(CODE + "# faster\n")
     with pytest.raises(InputError, match=f"{mine}.py has changed since"):

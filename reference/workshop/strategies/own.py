@@ -145,8 +145,9 @@ class CheckedStrategy:
             return None
         try:
             if self.side == "robots":
-                _refuse_words(answer)
-                each = zip(asked[0], answer, strict=True)  # one for each of the robots
+                points = list(answer)
+                _refuse_words(*points)
+                each = zip(asked[0], points, strict=True)  # one for each of the robots
                 return [None if point is None else metres(*point) for _, point in each]
             floor, x, y = answer
             _refuse_words(answer, floor)
