@@ -138,6 +138,7 @@ KNOWN = ("hyperparameters.beta", "hyperparameters.batch_size", "max_steps", "obs
         ("network_settings.betta", "hyperparameters.beta"),
         ("Max_Step", "max_steps"),
         ("obsever", "observer"),
+        ("obstacle", "observer"),  # which begins alike
         ("hyperparameters.memory", None),
         ("hyperparameters.curiosity", None),
         ("people", None),

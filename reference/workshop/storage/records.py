@@ -87,7 +87,8 @@ def checked_mapping(value: Any, where: str) -> dict[str, Any]:
     return {str(key): row for key, row in (value or {}).items()}
 
 
-ALIKE = 0.65  # of 1: how alike a name and the one that may be meant are
+# of 1: how alike a name and the one that may be meant are; and if they begin alike
+ALIKE, LESS_ALIKE = 0.65, 0.5
 
 
 # -- Rows ---------------------------------------------------------------------------
@@ -182,5 +183,9 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     """
     words = {place.rpartition(".")[2]: place for place in known}
     word = f"{name!s:.60}".lower().rpartition(".")[2]
-    close = get_close_matches(word, list(words), 1, cutoff=ALIKE)
+    close = get_close_matches(word, list(words), 1, cutoff=ALIKE) or [
+        near
+        for near in get_close_matches(word, list(words), 3, cutoff=LESS_ALIKE)
+        if near[:3] == word[:3]
+    ]
     return f" Did you mean '{words[close[0]]}'?" if close else ""
