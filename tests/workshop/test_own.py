@@ -328,6 +328,18 @@ class Odd:
 """
 
 
+def test_what_code_prints_while_an_evaluation_is_resumed_goes_to_stderr(mine, capfd):
+    """There a module is imported first for its digest."""
+    Path(f"{mine}.py").write_text("print('imported')\n" + CODE)
+    words = ["--workers", "0", "--out", "out", "--json"]
+    asked = [*RUN[:-1], "--robots", f"{mine}:Guide", *words]
+    for command in (asked, ["evaluate", "--resume", *words]):
+        sys.modules.pop(mine, None)
+        capfd.readouterr()
+        assert main(command) == 0
+        assert json.loads(capfd.readouterr().out)
+
+
 @pytest.mark.parametrize("workers", BESIDE)
 def test_what_code_prints_goes_to_stderr(workers, mine, capfd):
     """So that `--json` stays one object; from a worker as well."""

@@ -5,12 +5,12 @@ class Guide:  # in mine.py: `evaluate --robots sweep mine:Guide`
         return [robot.position for robot in robots]
 
 Name a class that is made without arguments, or an object.  Every run plays with a new
-one, of a module imported anew, with those that it imports from its folder.  So:
+one, of a module imported anew, with those that it imports from its folder:
 
 * What it remembers belongs in the object (`self.seen = set()` in `__init__`), not in
-  the class or the module: there nothing stays from one run to the next, and robots and
-  fire of one module do not meet.  Hence no run depends on which were played before, and
-  by how many workers.
+  the class or the module: nothing there stays from one run to the next, or passes
+  between robots and fire.  So no run depends on which were played before it, or on the
+  number of workers.
 * Chance comes from `rng`, numpy's, not from `random` or `numpy.random`, which do not
   know the seed.
 * What it prints goes to stderr, also while it is imported, for each run anew.
@@ -64,11 +64,9 @@ def from_code(word: str, side: Side) -> Any:
     and for code that ends the program; so does a decision that is none. What the code
     itself raises is not caught.
     """
-    with _own_code(word, "its module"):
-        module = _import_anew(word)
-        named = getattr(module, word.partition(":")[2], None)
+    name = word.partition(":")[2]
+    named = getattr(_import_anew(word), name, None)
     if named is None:
-        name = word.partition(":")[2]
         raise InputError(f"{word}: {_file_of(word)} has no '{name}'.")
     needs = f"decide({', '.join(ASKED[side])})"
     with _own_code(word, "it"):
@@ -85,9 +83,8 @@ def from_code(word: str, side: Side) -> Any:
 
 def _made(named: Any, needs: str) -> Any:
     """Make the object that is named by its class; an object is it already."""
-    if not callable(named) or (
-        hasattr(named, "decide") and not isinstance(named, type)
-    ):
+    decides = hasattr(named, "decide") and not isinstance(named, type)
+    if decides or not callable(named):
         return named
     try:
         signature(named).bind()
@@ -237,7 +234,8 @@ def _import_module(word: str) -> ModuleType:
     if sys.path[0] not in ("", os.getcwd()):  # as for a script that is started here
         sys.path.insert(0, os.getcwd())
     try:
-        return import_module(name)
+        with _own_code(word, "its module"):
+            return import_module(name)
     except ModuleNotFoundError as error:
         if not f"{name}.".startswith(f"{error.name}."):
             raise  # it is there, but imports what is not
