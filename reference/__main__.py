@@ -127,7 +127,9 @@ def _process() -> int:
     sys.unraisablehook = stop_again
     try:
         status = main()
-    except Exception:  # a library's own, perhaps in the place of a stop
+        for number in STOPS:  # all is done: what comes now would only spoil the status
+            signal.signal(number, signal.SIG_IGN)
+    except (Exception, KeyboardInterrupt):  # a library's own, perhaps a stop's
         if not STOPPED_BY:
             raise
         status = _complain(STOPPED, 130)

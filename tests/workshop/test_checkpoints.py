@@ -119,6 +119,7 @@ def test_refuses_a_file_that_was_cut_off_or_has_a_wrong_bit(path, part):
 
 NAN = {"weight": torch.tensor([0.0, torch.nan])}
 HALF = {"weight": torch.zeros(2, dtype=torch.float16)}
+NARROW = {"weight": torch.zeros(2)}
 VAST = {"weight": torch.zeros(1).expand(10**6, 10**6)}
 HOLE = "building: x\nsize: 4 x 3\nfloor 1:\n####\n#..E\n#.##\n"
 
@@ -136,6 +137,10 @@ HOLE = "building: x\nsize: 4 x 3\nfloor 1:\n####\n#..E\n#.##\n"
         ("learners fire optimiser", NAN, "no finite numbers"),
         ("learners robots actor", HALF, "weights of another type, torch.float16"),
         ("learners robots optimiser", VAST, "tensors larger than the file"),
+        ("learners robots versions", {0: NARROW}, "of another shape, of round 0"),
+        ("learners fire versions", {0: {}}, "of another shape, of round 0"),
+        ("learners fire versions", {-1: {}}, "a version of round -1"),
+        ("learners fire versions", {"0": {}}, "a version of round 0"),
         ("task plan", HOLE, "there is a hole in the outer wall"),
         ("task plan", HOLE.replace("4 x 3", "9000 x 300"), "1 to 200 columns"),
     ],
@@ -182,6 +187,26 @@ def test_refuses_networks_of_another_shape(checkpoint):
     other = replace(checkpoint, task=wider)
     with pytest.raises(CheckpointError, match="does not fit its settings"):
         LearnedRobots(other)
+
+
+def test_refuses_to_go_on_with_moments_of_another_shape(checkpoint):
+    """An optimiser takes them as they are; they would be added to every weight."""
+    training = begun(seed=3)
+    training.learn(play(*training.jobs()))
+    odd = deepcopy(training.checkpoint())
+    moments = odd.learners["robots"]["optimiser"]["state"][0]
+    moments["exp_avg"] = moments["exp_avg"].reshape(-1)[:1]
+    with pytest.raises(ValueError, match="moments of another shape"):
+        Training.resumed(odd)
+
+
+def test_refuses_to_go_on_against_a_network_of_another_shape(checkpoint):
+    """When a training is to go on, not in a worker."""
+    fire = checkpoint.player("fire")
+    other = replace(fire, settings=tiny(fire={"hidden_units": 16}).fire)
+    odd = begun(fixed={"fire": (other,)}).checkpoint()
+    with pytest.raises(RuntimeError, match="size mismatch"):
+        Training.resumed(odd)
 
 
 # -- A learned policy is a strategy -------------------------------------------------

@@ -523,6 +523,24 @@ def test_stopped_while_it_is_loaded_or_drawing(
     assert stopped(number) == told
 
 
+LATE = """
+import signal, sys
+from reference.__main__ import _process
+sys.argv = ["reference", "check", "tiny"]
+status = _process()
+signal.raise_signal(signal.{number})
+sys.exit(status)
+"""
+
+
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_stop_after_all_is_done_does_not_change_the_status(number):
+    """While Python unloads what was loaded, which takes half a second with torch."""
+    process = python("-c", LATE.format(number=number), stdout=PIPE, stderr=PIPE)
+    out, err = process.communicate(timeout=120)
+    assert (process.returncode, out[:3], err) == (0, "ok:", "")
+
+
 @pytest.mark.parametrize(
     ("command", "status", "message"),
     [

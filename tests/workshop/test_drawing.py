@@ -2,6 +2,7 @@
 
 import os
 import re
+import time
 from collections import Counter
 from dataclasses import replace
 from functools import cache
@@ -437,6 +438,23 @@ def test_an_ffmpeg_that_fails_or_complains_leaves_the_old_film(
         drawing.animate([simulation], film)
     assert film.read_text() == "yesterday's"
     assert {path.name for path in tmp_path.iterdir()} == {"ffmpeg", "film.mp4"}
+
+
+def test_a_stop_ends_ffmpeg_before_it_writes_anything(
+    simulation, tmp_path, monkeypatch
+):
+    """It may take a while to begin; a film that nobody waits for is not left behind."""
+    begins = 'sleep 0.5; for last; do :; done; cat > "$last"'
+    ffmpeg(tmp_path, monkeypatch, begins)
+
+    def stopped():
+        yield
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        drawing.animate([simulation], tmp_path / "film.mp4", going=stopped())
+    time.sleep(1)
+    assert [path.name for path in tmp_path.iterdir()] == ["ffmpeg"]
 
 
 def test_a_notebook_shows_buildings_and_simulations(simulation):

@@ -12,6 +12,7 @@ from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from shutil import copytree, rmtree
+from subprocess import DEVNULL
 
 import pytest
 from conftest import ROOT
@@ -324,6 +325,19 @@ def test_an_experiment_that_is_killed_goes_on_to_the_same_end(made, tmp_path):
     assert main([*TINY, str(killed), "--resume"]) == 0
     assert tables(killed) == tables(made[0])
     assert all(path.stat().st_mtime == when for path, when in done.items())
+
+
+@pytest.mark.slow
+def test_an_experiment_that_is_stopped_leaves_no_lock(tmp_path):
+    """Its workers are ended in the middle of their trainings."""
+    words = ["-m", "reference", *TINY, str(tmp_path / "out"), "--workers", "2"]
+    process = python(*words, stderr=DEVNULL)
+    while len([*tmp_path.glob("out/trainings/*/checkpoint*.pt")]) < 2:
+        time.sleep(0.02)
+    assert [*tmp_path.rglob(".lock")]
+    process.terminate()
+    assert process.wait() == 130
+    assert not [*tmp_path.rglob(".lock")]
 
 
 # -- Results ------------------------------------------------------------------------

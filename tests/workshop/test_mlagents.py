@@ -190,8 +190,8 @@ def test_refuses_by_name_what_cannot_be_meant_or_is_not_built(refusal, rows):
         ("behaviours: {}", "Did you mean 'behaviors'?"),
         ("- Robot\n- Fire\n", "the file: this must be"),
         (f"{ROBOT}    a: [1,\n", "no YAML: .* found .<stream end>. at line 4"),
-        ("a: !!python/object/apply:os.getcwd []", "no YAML: could not determine"),
-        ("a: &a {x: 1}\nb: {<<: [*a, *a]}\n", "write out what .aliases stand for"),
+        ("a: !!python/object/apply:os.getcwd []", "line 1: leave out the tag"),
+        ("a: &a {x: 1}\nb: {<<: [*a, *a]}\n", "line 2: .a stands for .* Write it out"),
         ("environment_parameters: {height: 3}", "not built here: environment_par"),
     ],
 )
@@ -219,6 +219,148 @@ def test_says_what_to_install_where_there_is_no_pyyaml(monkeypatch, refusal):
     """It is an extra: whoever only plays does not need it."""
     monkeypatch.setitem(sys.modules, "yaml", None)
     assert "pip install PyYAML" in refusal(ROBOT)
+
+
+TWICE = {  # what is there twice, and in which lines
+    "behaviors:\n  Robot: {max_steps: 5}\nbehaviors:\n  Fire: {}\n": (
+        "behaviors",
+        1,
+        3,
+    ),
+    f"{ROBOT}  Fire: {{}}\n  Robot: {{}}\n": ("Robot", 2, 4),
+    f"{ROBOT}    max_steps: 5\n    max_steps: 5\n": ("max_steps", 3, 4),
+    f"{ROBOT}    hyperparameters: {{beta: 0.1}}\n\n    hyperparameters.beta: 0.1\n": (
+        "Robot: hyperparameters.beta",
+        3,
+        5,
+    ),
+    "reference:\n  Robot: {head: floor}\n  robots: {spread: 1}\n": (
+        "reference: Robot, or robots,",
+        2,
+        3,
+    ),
+    "reference:\n  Fire: {max_steps: 5}\nbehaviors:\n  Fire:\n    max_steps: 5\n": (
+        "max_steps of Fire, here and in reference,",
+        2,
+        5,
+    ),
+    "reference:\n  scenario:\n    people: 5\n    people: 5\n": ("people", 3, 4),
+}
+
+
+@pytest.mark.parametrize("text", TWICE)
+def test_refuses_a_row_that_is_there_twice_by_any_of_its_names(refusal, text):
+    """At every depth, equal or not, and tells both lines: one of them would be lost."""
+    name, one, other = TWICE[text]
+    message = f"{name} is there twice, in lines {one} and {other}. Leave one out."
+    assert refusal(text) == message
+
+
+@pytest.mark.parametrize("value", ["null", "{}", "{a: null}", "0", "[]", ""])
+@pytest.mark.parametrize("over", ["", "hyperparameters", "network_settings.more"])
+def test_no_name_that_is_unknown_is_lost_whatever_its_value(refusal, over, value):
+    """A misspelt one would change nothing, in silence."""
+    row = f"{over or 'self_pley'}: {{self_pley: {value}}}" if over else ""
+    row = row or f"self_pley: {value}"
+    assert "unknown, or not built here: Robot: " in refusal(f"{ROBOT}    {row}")
+    assert "unknown, or" in refusal(f"behaviurs: {value}")
+
+
+@pytest.mark.paper("E3")
+def test_refuses_what_stands_for_something_though_it_says_nothing(refusal):
+    """An empty section is switched on; a row without a value asks for nothing."""
+    assert "Robot: self_play" in refusal(f"{ROBOT}    self_play: {{}}")
+    assert "line 3: Robot: max_steps has no value" in refusal(f"{ROBOT}    max_steps:")
+
+
+# -- Options ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("row", "option"),
+    [
+        ("checkpoint_settings: {initialize_from: earlier}", "--initialize-from"),
+        ("checkpoint_settings: {resume: true}", "--resume"),
+        ("checkpoint_settings: {load_model: true}", "--resume"),
+        ("checkpoint_settings: {inference: true}", "evaluate"),
+    ],
+)
+def test_refuses_what_would_be_another_training_and_names_the_option(
+    refusal, row, option
+):
+    """What the file asks for, the command line says here."""
+    assert re.search(
+        f"line 3: .* is not read here.* take {option}", refusal(ROBOT + row)
+    )
+
+
+def test_notes_by_their_names_here_what_the_command_line_says(read, capsys):
+    """It changes no weight, or one sees which; what is switched off is not noted."""
+    text = "env_settings: {seed: 7, num_envs: 4}\ncheckpoint_settings: {run_id: one}\n"
+    assert read(text) == LAPTOP
+    noted = capsys.readouterr().err.splitlines()
+    assert [line.split("trainer.yaml: ")[1] for line in noted] == [
+        "checkpoint_settings.run_id is not read; take --out",
+        "env_settings.seed is not read; take --seed",
+        "env_settings.num_envs is not read; take --workers",
+    ]
+    read("checkpoint_settings: {initialize_from: null, resume: false}\n")
+    assert not capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "meant"),
+    [
+        ("checkpoint_settings", "initialise_from", "initialize_from"),
+        ("env_settings", "num_env", "num_envs"),
+        ("engine_settings", "widht", "width"),
+        ("torch_settings", "devise", "device"),
+    ],
+)
+def test_refuses_misspelt_names_in_what_is_not_read(refusal, section, key, meant):
+    """They are Unity's or the machine's; a slip is a slip."""
+    message = refusal(f"{section}: {{{key}: 1}}")
+    assert f"Did you mean '{section}.{meant}'?" in message
+
+
+# -- Sides --------------------------------------------------------------------------
+
+
+@pytest.mark.paper("E3")
+def test_a_trainer_in_the_defaults_tells_who_is_a_group(read):
+    """As if it stood in the behaviour; who is not named keeps the preset's."""
+    settings = read(
+        "default_settings: {trainer_type: poca, max_steps: 7}\n"
+        "behaviors: {Helper: {time_horizon: 9}}\n"
+    )
+    assert (settings.robots.trainer_type, settings.robots.time_horizon) == ("poca", 9)
+    assert (settings.fire.trainer_type, settings.fire.max_steps) == ("ppo", 7)
+
+
+# -- Numbers ------------------------------------------------------------------------
+
+
+def test_a_whole_number_may_be_written_as_a_real_one_in_every_row(read):
+    """As ML-Agents writes 5.0e6: a side's, the rounds', a scenario's, a list's."""
+    settings = read(
+        "behaviors: {Robot: {max_steps: 5.0e6}}\n"
+        "reference: {Fire: {max_steps: 1e+3}, jobs_per_round: 2.0, scenario:\n"
+        "  {robots_per_floor: 1.0, people_per_floor: [2.0, 1e1]}}\n"
+    )
+    assert settings.robots.max_steps == 5_000_000
+    assert (settings.fire.max_steps, settings.jobs_per_round) == (1000, 2)
+    scenario = settings.scenario
+    assert repr((scenario.robots_per_floor, scenario.people_per_floor)) == (
+        "(1, (2, 10))"
+    )
+
+
+@pytest.mark.parametrize("place", ["max_steps", "hyperparameters.beta"])
+@pytest.mark.parametrize(("word", "why"), [("010", "Write 10"), ("1:30", "Write one")])
+def test_refuses_numbers_that_are_read_in_two_ways(refusal, place, word, why):
+    """Eight or ten, ninety or a word: with the line."""
+    assert re.search(f"line 3: {word} .*{why}", refusal(f"{ROBOT}    {place}: {word}"))
+    assert word in refusal(f"reference: {{scenario: {{people: {word}}}}}")
 
 
 # -- Our own rows -------------------------------------------------------------------

@@ -11,12 +11,14 @@ import pytest
 from movies import shipped, turns
 from refusals import refusal
 
+from reference import paper
 from reference.__main__ import main
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.comparing import design, jobs, report
+from reference.workshop.comparing import design, jobs, matches, report, runs
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.strategies.guides import Sweep
+from reference.workshop.strategies.own import from_code
 from reference.workshop.strategies.trained import FlatFire, FlatRobots
 
 CODE = """
@@ -226,3 +228,209 @@ def test_a_policy_brings_the_building_and_scenario_that_it_has_learned_in(mine, 
     assert (status, "its robots learned with people=5" in message) == (1, True)
     status, message = refusal(capsys, *match, "--sample")
     assert (status, "--sample goes with a checkpoint" in message) == (2, True)
+
+
+# -- Code that goes astray ----------------------------------------------------------
+
+RUN = ["evaluate", "--building", "tiny", "--people", "3", "--episodes", "2"]
+RUN += ["--fire", "none", "--json"]
+BESIDE = ["--workers", "1"], ["--workers", "0"]
+
+
+def write(mine, body):
+    """Write a class Odd, whose `decide` has this body."""
+    rows = ["import sys", "class Two(Exception):", "    def __init__(self, a, b):"]
+    rows += ["        super().__init__(f'{a} {b}')", "class Odd:"]
+    rows += ["    def decide(self, *asked):", f"        {body}"]
+    Path(f"{mine}.py").write_text("\n".join(rows) + "\n")
+
+
+@pytest.mark.parametrize("body", ["raise Two('mine', 7)", "raise NoPickle('mine', 7)"])
+def test_an_error_keeps_its_text_on_its_way_out_of_a_worker(body, mine):
+    """One that cannot be pickled, or not be read again, does not kill the worker."""
+    write(mine, body)
+    with Path(f"{mine}.py").open("a") as file:
+        file.write(
+            "class NoPickle(Two):\n"
+            "    def __init__(self, *words):\n"
+            "        super().__init__(*words)\n"
+            "        self.inside = lambda: None\n"
+        )
+    with pytest.raises(RuntimeError, match="mine 7") as raised:
+        main([*RUN, "--workers", "1", "--robots", f"{mine}:Odd"])
+    assert body in "".join(raised.value.__notes__)
+
+
+ENDS = {  # what is written, at what the message points
+    "class Odd:\n    def decide(self, *asked):\n        exit(0)\n": "decide ends",
+    "class Odd:\n    def __init__(self):\n        exit(0)\n": "it ends",
+    "exit(0)\n": "its module ends",
+}
+
+
+@pytest.mark.parametrize("workers", BESIDE)
+@pytest.mark.parametrize("code", ENDS)
+def test_code_that_ends_the_program_is_told(code, workers, mine, capsys):
+    """With a status that is not 0, though it asked for 0."""
+    Path(f"{mine}.py").write_text("from sys import exit\n" + code)
+    status, message = refusal(capsys, *RUN, *workers, "--robots", f"{mine}:Odd")
+    told = f"{mine}:Odd: {ENDS[code]} the program by SystemExit(0)."
+    assert (status, told in message) == (1, True)
+
+
+def test_a_ctrl_c_that_code_raises_by_itself_is_told_by_a_worker(mine, capsys):
+    """Nobody has stopped it: a worker hears no signal."""
+    write(mine, "raise KeyboardInterrupt")
+    words = [*RUN, "--workers", "1", "--robots", f"{mine}:Odd"]
+    status, message = refusal(capsys, *words)
+    told = "decide ends the program by KeyboardInterrupt()"
+    assert (status, told in message) == (1, True)
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        (
+            "def Odd(world, robots, rng): pass",
+            "an object, or a class that is made witho",
+        ),
+        ("class Odd:\n    def __init__(self, n): pass", "is made without arguments"),
+        (
+            "class Odd:\n    def decide(self, *asked): pass\n"
+            "    def __init__(self): self.f = (i for i in ())",
+            "cannot be copied",
+        ),
+    ],
+)
+def test_refuses_what_can_be_no_strategy_in_one_line(code, told, mine, capsys):
+    """Before anything is played."""
+    Path(f"{mine}.py").write_text(code + "\n")
+    status, message = refusal(capsys, *RUN, "--workers", "0", "--robots", f"{mine}:Odd")
+    assert (status, told in message, message.count("\n")) == (1, True, 1), message
+
+
+PRINTS = """
+print("imported")
+from reference.workshop.strategies.trained import FlatRobots
+from reference import Scenario
+def policy(seen):
+    print("a policy")
+    return seen[:, :2]
+flat = FlatRobots(policy, "tiny", Scenario(people=3))
+class Odd:
+    def __init__(self):
+        print("made")
+    def decide(self, world, robots, rng):
+        print("decided")
+        answer = [None] * len(robots)
+        robots.clear()
+        return answer
+"""
+
+
+def test_what_code_prints_while_an_evaluation_is_resumed_goes_to_stderr(mine, capfd):
+    """There a module is imported first for its digest."""
+    Path(f"{mine}.py").write_text("print('imported')\n" + CODE)
+    words = ["--workers", "0", "--out", "out", "--json"]
+    asked = [*RUN[:-1], "--robots", f"{mine}:Guide", *words]
+    for command in (asked, ["evaluate", "--resume", *words]):
+        sys.modules.pop(mine, None)
+        capfd.readouterr()
+        assert main(command) == 0
+        assert json.loads(capfd.readouterr().out)
+
+
+@pytest.mark.parametrize("workers", BESIDE)
+def test_what_code_prints_goes_to_stderr(workers, mine, capfd):
+    """So that `--json` stays one object; from a worker as well."""
+    Path(f"{mine}.py").write_text(PRINTS)
+    assert main([*RUN, *workers, "--robots", f"{mine}:Odd", f"{mine}:flat"]) == 0
+    told = capfd.readouterr()
+    assert json.loads(told.out)
+    for word in ("imported", "made", "decided", "a policy"):
+        assert word in told.err
+
+
+@pytest.mark.parametrize("floor", ["-1", "2", "99", "0.9", "'0'", "10**30", "2**63"])
+def test_refuses_a_floor_that_is_not_there(floor, mine, capsys):
+    """It would be a fire at a random place."""
+    write(mine, f"return {floor}, 2.0, 2.0")
+    played = f"evacuate --building tiny --people 30 --fire {mine}:Odd".split()
+    status, message = refusal(capsys, *played)
+    assert (status, f"{mine}:Odd: decide returned (" in message) == (1, True), message
+
+
+@pytest.mark.parametrize("answer", ["'12'", "b'12'", "('1', '2')"])
+def test_refuses_words_for_metres(answer, mine, capsys):
+    """Two digits are no place."""
+    write(mine, f"return [{answer}] * len(asked[1])")
+    played = f"evacuate --building tiny --people 2 --robots {mine}:Odd".split()
+    status, message = refusal(capsys, *played)
+    assert (status, "decide returned [" in message) == (1, True)
+
+
+REMEMBERS = """
+from HELPER import COUNT
+NUMBER = [0]
+class Place:
+    count = 0
+    def __init__(self):
+        self.count = 0
+    def decide(self, world, robots, rng):
+        counted()
+        return [(1.0 + number() % 7, 1.0)] * len(robots)
+def number(): return HERE
+def counted(): COUNTING
+Odd = Place
+ready = Place()
+"""
+WHERE = {
+    "the module": ("NUMBER[0]", "NUMBER[0] += 1"),
+    "a module that it imports": ("COUNT[0]", "COUNT[0] += 1"),
+    "the class": ("Place.count", "Place.count += 1"),
+    "the object": ("ready.count", "ready.count += 1"),
+}
+
+
+@pytest.mark.parametrize("where", WHERE)
+def test_no_run_depends_on_what_was_played_before_it(where, mine):
+    """Wherever code remembers: so it makes no difference how many workers there are."""
+    Path(f"{mine}_helper.py").write_text("COUNT = [0]\n")
+    here, counting = WHERE[where]
+    code = (
+        REMEMBERS.replace("HELPER", f"{mine}_helper")
+        .replace("HERE", here)
+        .replace("COUNTING", counting)
+    )
+    Path(f"{mine}.py").write_text(code)
+
+    def played(seed, episodes):
+        words = [f"{mine}:Odd", f"{mine}:ready"]
+        evaluation = matches.begin_evaluation(
+            words, ["none"], "tiny", people=3, seed=seed, episodes=episodes
+        )
+        return runs.play_evaluation(evaluation, None, InProcess())
+
+    together = {result.run: result for result in played(0, 2)}
+    assert together == {result.run: result for k in (0, 1) for result in played(k, 1)}
+
+
+def test_code_that_imports_numbers_changes_them_once(mine, monkeypatch):
+    """However often its module is imported anew."""
+    monkeypatch.setattr(paper, "FIXED_PENALTY", 1000.0)
+    write(mine, "return None")
+    with Path(f"{mine}.py").open("a") as file:
+        file.write("from reference import paper\npaper.FIXED_PENALTY *= 2\n")
+    for _ in range(3):
+        from_code(f"{mine}:Odd", "fire")
+    assert paper.FIXED_PENALTY == 2000
+
+
+def test_code_that_changes_while_it_is_played_is_refused(mine):
+    """One name would stand for two strategies in a table."""
+    evaluation = matches.begin_evaluation([f"{mine}:Guide"], ["none"], "tiny", people=2)
+    played = evaluation.simulations([*evaluation.runs[:2]])
+    next(played)
+    Path(f"{mine}.py").write_text(CODE + "# faster\n")
+    with pytest.raises(InputError, match=f"{mine}.py has changed since"):
+        next(played)

@@ -1,6 +1,8 @@
 """Recordings: what stands in them, and what PedPy measures in them."""
 
+import gc
 import sqlite3
+import warnings
 from collections import Counter
 from contextlib import closing
 
@@ -126,8 +128,12 @@ def loaded(folder, floor):
     """Trajectories and walkable area of a floor, as PedPy reads them."""
     pedpy = pytest.importorskip("pedpy", reason=NO_PEDPY)
     file = {"trajectory_file": folder / f"floor-{floor + 1}.sqlite"}
-    trajectories = pedpy.load_trajectory_from_jupedsim_sqlite(**file)
-    return trajectories, pedpy.load_walkable_area_from_jupedsim_sqlite(**file)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)
+        trajectories = pedpy.load_trajectory_from_jupedsim_sqlite(**file)
+        area = pedpy.load_walkable_area_from_jupedsim_sqlite(**file)
+        gc.collect()  # PedPy leaves its connections open: since Python 3.13 it is told
+    return trajectories, area
 
 
 def threshold(building, mark):

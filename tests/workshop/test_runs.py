@@ -9,7 +9,12 @@ from processes import python
 from reference.__main__ import main
 from reference.paper import InputError
 from reference.workshop.maps import find_map
-from reference.workshop.storage.runs import digests_of_code, locked, refuse_changed
+from reference.workshop.storage.runs import (
+    digests_of_code,
+    locked,
+    refuse_changed,
+    remove_left_lock,
+)
 
 TINY = ROOT / "tutorials" / "experiments" / "tiny.toml"
 HOLDING = """
@@ -59,6 +64,18 @@ def test_a_lock_ends_with_its_process(holder, tmp_path):
     ):
         pass
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["notes.txt"]
+
+
+def test_a_lock_that_was_left_can_be_removed_one_that_is_held_cannot(holder, tmp_path):
+    """A worker that is ended leaves its training's; another may be at work still."""
+    lock = tmp_path / "out" / ".lock"
+    remove_left_lock(tmp_path / "out")
+    assert lock.exists()
+    holder.kill()
+    holder.wait()
+    remove_left_lock(tmp_path / "out")
+    assert not lock.exists()
+    remove_left_lock(tmp_path / "out")  # there is none
 
 
 def test_a_folder_that_somebody_else_made_stays(tmp_path):

@@ -60,7 +60,7 @@ def edit(path, change):
             ["burn_seconds=inf"],
             "burn_seconds is inf: it must be a number from 1 to 1,0",
         ),
-        (["people=2.5"], "people is '2.5': it must be a whole number from 0 to 10,000"),
+        (["people=2.5"], "people is 2.5: it must be a whole number from 0 to 10,000"),
         (
             ["people_per_floor=1,x"],
             "one of people_per_floor is 'x': it must be a whole",

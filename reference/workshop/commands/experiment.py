@@ -32,12 +32,15 @@ def experiment(arguments: Namespace) -> None:
 
     folder = arguments.out or Path("out") / arguments.file.stem
     read = partial(design.read_experiment, arguments.file)
-    with run_in_folder(arguments, folder, read, "experiment", arguments.file) as work:
-        asked, executor = work
-        print_note(f"trainings: {len(asked.trainings)}, then tests")
-        failed = jobs.finish_trainings(asked, folder, executor)
-        if played := jobs.play_tests(asked, folder, executor):
-            _write_and_print(arguments, asked, played, folder)
+    running = run_in_folder(arguments, folder, read, "experiment", arguments.file)
+    try:
+        with running as (asked, executor):
+            print_note(f"trainings: {len(asked.trainings)}, then tests")
+            failed = jobs.finish_trainings(asked, folder, executor)
+            if played := jobs.play_tests(asked, folder, executor):
+                _write_and_print(arguments, asked, played, folder)
+    finally:
+        jobs.remove_left_locks(folder)  # of workers that were ended
     if failed:
         raise InputError("\n".join(f"{name}: {why}" for name, why in failed.items()))
 

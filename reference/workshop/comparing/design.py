@@ -25,7 +25,6 @@ What stands in such a file:
 """
 
 import re
-import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -37,7 +36,7 @@ from reference.learning.settings import SIDES, Side
 from reference.workshop.comparing.matches import DEFAULT_EPISODES, Arena, Evaluation
 from reference.workshop.comparing.named import WORST, strategy_of
 from reference.workshop.maps import load, plan_of
-from reference.workshop.storage.files import errors_naming, read_text
+from reference.workshop.storage.files import errors_naming
 from reference.workshop.storage.records import (
     Row,
     SettingsError,
@@ -46,6 +45,7 @@ from reference.workshop.storage.records import (
     record_from,
     unknown_name,
 )
+from reference.workshop.storage.settings import read_toml_file
 from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
 from reference.workshop.strategies.own import is_code
 from reference.workshop.strategies.trained import refuse_other_counts
@@ -249,9 +249,4 @@ def _checked_rows(rows: Any, where: str) -> dict[str, Any]:
 
 def read_experiment(path: Path) -> Experiment:
     """Read an experiment's file. Raises SettingsError, OSError."""
-    text = read_text(path)
-    try:
-        content = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # also an integer of 5,000 digits
-        raise SettingsError(f"{path}: this is no TOML: {error}") from None
-    return record_from(Experiment, content, str(path))
+    return record_from(Experiment, read_toml_file(path), str(path))

@@ -26,7 +26,12 @@ from reference.workshop.comparing.matches import Evaluation, with_digests
 from reference.workshop.comparing.runs import RunResult, play_evaluation
 from reference.workshop.engine import make_ready
 from reference.workshop.storage.files import make_folder, read_json, write_json
-from reference.workshop.storage.runs import locked, refuse_numbers
+from reference.workshop.storage.runs import (
+    LOCK_FILE,
+    locked,
+    refuse_numbers,
+    remove_left_lock,
+)
 from reference.workshop.storage.workers import (
     InProcess,
     import_early,
@@ -140,6 +145,12 @@ def train_in(job: tuple[Task, str]) -> str:
     except Exception as error:
         return f"{type(error).__name__}: {error}"
     return ""
+
+
+def remove_left_locks(folder: Path) -> None:
+    """Remove the locks of trainings that a stop has ended; others are at work still."""
+    for lock in (folder / "trainings").glob(f"*/{LOCK_FILE}"):
+        remove_left_lock(lock.parent)
 
 
 def play_tests(

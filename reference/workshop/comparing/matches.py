@@ -123,23 +123,29 @@ class Evaluation:
     def simulations(self, runs: Iterable[RunKey]) -> Iterator[Simulation]:
         """Set up runs one by one, before their first tick; copies of the same players.
 
-        Raises as `strategy_named` does, and InputError for a network whose file is
-        another one than at the beginning.
+        Raises as `strategy_named` does, and InputError for a network or code whose file
+        is another one than at the beginning.
         """
 
-        @cache
-        def player(word: str, side: Side) -> Any:
+        def made(word: str, side: Side) -> Any:
             file = self.files.get(word, word)
-            if not is_code(word):  # which a process loads once
-                refuse_changed(self.digests, {word: meaning_of(file)})
-            return strategy_named(file, side, self.sample)
+            player = strategy_named(file, side, self.sample)
+            refuse_changed(self.digests, {word: meaning_of(file)})
+            return player
+
+        kept = cache(made)
+
+        def player(word: str, side: Side) -> Any:
+            if is_code(word):  # it may remember something elsewhere than in itself
+                return made(word, side)
+            return deepcopy(kept(word, side))
 
         for robots, fire, seed in runs:
             yield set_up_match(
                 self.arena.drawn,
                 self.arena.scenario,
-                robots=deepcopy(player(robots, "robots")),
-                fire=deepcopy(player(fire, "fire")),
+                robots=player(robots, "robots"),
+                fire=player(fire, "fire"),
                 seed=seed,
                 errors=self.errors,
             )

@@ -156,8 +156,13 @@ def _mp4(path: Path, scene: Scene, frames: Iterable[Frame], pace: float) -> None
         pipe = ffmpeg.stdin
         assert pipe is not None
         with suppress(BrokenPipeError), ffmpeg:
-            for pixels, seconds in frames:
-                pipe.write(pixels.tobytes() * round(seconds / pace))
+            try:
+                for pixels, seconds in frames:
+                    pipe.write(pixels.tobytes() * round(seconds / pace))
+            except KeyboardInterrupt:  # else it may begin the file when we are gone
+                ffmpeg.kill()
+                ffmpeg.wait()
+                raise
         said.seek(0)
         words = said.read().decode(errors="replace").splitlines()
     if ffmpeg.returncode or words:

@@ -35,7 +35,9 @@ def record_from(kind: type[RecordType], plain: Any, where: str) -> RecordType:
         for name, value in rows.items():
             if name not in known:
                 raise SettingsError(unknown_name(name, known))
-            if name not in limited:
+            if name in limited:
+                rows[name] = whole_if_wanted(value, known[name])
+            else:
                 rows[name] = checked_value(name, value, known[name])
         for name, parameter in signature(kind).parameters.items():
             if parameter.default is parameter.empty and name not in rows:
@@ -64,7 +66,15 @@ def checked_value(name: str, value: Any, hint: Any) -> Any:
         return {
             key: checked_value(f"{name}: {key}", v, parts[1]) for key, v in rows.items()
         }
+    value = whole_if_wanted(value, kind)
     check_type(name, value, kind)
+    return value
+
+
+def whole_if_wanted(value: Any, kind: Any) -> Any:
+    """Read 5.0e6 as a whole number where one is wanted, as ML-Agents does."""
+    if kind is int and isinstance(value, float) and value.is_integer():
+        return int(value)
     return value
 
 
@@ -75,6 +85,10 @@ def checked_mapping(value: Any, where: str) -> dict[str, Any]:
             f"{where}: this must be names and values, not {value!r:.60}"
         )
     return {str(key): row for key, row in (value or {}).items()}
+
+
+# of 1: how alike a name and the one that may be meant are; and if they begin alike
+ALIKE, LESS_ALIKE = 0.65, 0.5
 
 
 # -- Rows ---------------------------------------------------------------------------
@@ -145,7 +159,15 @@ def unknown_name(name: object, known: Iterable[str]) -> str:
     """Say that a name is none of the known ones, and which may be meant."""
     known = tuple(known)
     near = did_you_mean(name, known)
-    return f"'{name}' is unknown.{near} There is: {', '.join(known)}"
+    return f"'{name!s:.60}' is unknown.{near} There is: {some_of(known, 40)}"
+
+
+def some_of(names: Iterable[object], most: int = 10, between: str = ", ") -> str:
+    """List names, the first few of many with a count of the others."""
+    listed = [f"{name!s:.60}" for name in names]
+    more = len(listed) - most
+    told = f"{between}and {more:,} more" if more > 0 else ""
+    return between.join(listed[:most]) + told
 
 
 def first_line(thing: object) -> str:
@@ -154,6 +176,16 @@ def first_line(thing: object) -> str:
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """Suggest the closest known name in a question; empty where none is close."""
-    close = get_close_matches(str(name).lower(), list(known), 1, cutoff=0.5)
-    return f" Did you mean '{close[0]}'?" if close else ""
+    """Suggest the closest known name in a question; empty where none is alike.
+
+    Of names with points, such as hyperparameters.beta, the last words are compared: a
+    section that both have would make any two alike.
+    """
+    words = {place.rpartition(".")[2]: place for place in known}
+    word = f"{name!s:.60}".lower().rpartition(".")[2]
+    close = get_close_matches(word, list(words), 1, cutoff=ALIKE) or [
+        near
+        for near in get_close_matches(word, list(words), 3, cutoff=LESS_ALIKE)
+        if near[:3] == word[:3]
+    ]
+    return f" Did you mean '{words[close[0]]}'?" if close else ""

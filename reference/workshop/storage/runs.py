@@ -67,6 +67,14 @@ def locked(
                 folder.rmdir()
 
 
+def remove_left_lock(folder: Path) -> None:
+    """Remove the lock of a run whose process was killed; one at work keeps its own."""
+    path = folder / LOCK_FILE
+    if path.exists():
+        with suppress(Timeout, OSError), FileLock(path, blocking=False):
+            path.unlink()
+
+
 def refuse_used(folder: Path, instead: str = RESUME_HINT) -> None:
     """Raise InputError for a folder that is not empty: a new run needs its own."""
     if folder.exists() and any(path.name != LOCK_FILE for path in folder.iterdir()):

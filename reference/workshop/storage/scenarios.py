@@ -1,12 +1,18 @@
 """Scenarios in words: what can be varied, KEY=VALUE, and where two of them differ."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from types import NoneType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from reference.paper import Scenario, limits
-from reference.workshop.storage.records import SettingsError, record_from, unknown_name
+from reference.workshop.storage.files import LARGEST_NUMBER
+from reference.workshop.storage.records import (
+    SettingsError,
+    record_from,
+    unknown_name,
+    whole_if_wanted,
+)
+from reference.workshop.storage.settings import number_or_word
 
 EXAMPLES = {
     "people_per_floor": "2,0,5: instead, on each floor, lowest first",
@@ -56,9 +62,14 @@ def _plain(text: str, hint: Any) -> Any:
         return _plain(text, parts[0])
     if get_origin(hint) is tuple:
         return [_plain(part, parts[0]) for part in text.split(",")] if text else []
-    with suppress(ValueError):
-        return hint(text)
-    return text
+    if hint not in (int, float):
+        return text
+    number = number_or_word(text)
+    if isinstance(number, str):
+        return text
+    if hint is float and abs(number) <= LARGEST_NUMBER:
+        return float(number)
+    return whole_if_wanted(number, hint)
 
 
 def with_stated(base: Scenario, stated: Mapping[str, Any], where: str) -> Scenario:

@@ -56,6 +56,12 @@ def stop(number: int, frame: Any) -> NoReturn:
     raise KeyboardInterrupt
 
 
+def is_being_stopped() -> bool:
+    """Whether a KeyboardInterrupt may be somebody's: code can raise it by itself."""
+    default = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    return bool(STOPPED_BY) or default
+
+
 def stop_again(lost: Any) -> None:
     """Stop a moment later, where Python has ignored the exception: in a destructor."""
     if isinstance(lost.exc_value, KeyboardInterrupt):
@@ -282,7 +288,18 @@ def _answer(job: bytes) -> bytes:
         return pickle.dumps((fn(*args, **kwargs), None))
     except Exception as error:
         error.add_note(f"In a worker:\n{format_exc()}")
-        return pickle.dumps((None, error))
+        return pickle.dumps((None, _that_travels(error)))
+
+
+def _that_travels(error: Exception) -> Exception:
+    """The exception, or one with its text where it cannot be pickled and read again."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:  # of any kind
+        told = RuntimeError(f"{type(error).__name__}: {error}")
+        told.add_note(error.__notes__[-1])
+        return told
+    return error
 
 
 def _end_with_parent() -> None:

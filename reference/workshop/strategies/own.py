@@ -3,21 +3,41 @@
 class Guide:  # in mine.py: `evaluate --robots sweep mine:Guide`
     def decide(self, world, robots, rng):
         return [robot.position for robot in robots]
+
+Name a class that is made without arguments, or an object.  Every run plays with a new
+one, of a module imported anew, with those that it imports from its folder:
+
+* What it remembers belongs in the object (`self.seen = set()` in `__init__`), not in
+  the class or the module: nothing there stays from one run to the next, or passes
+  between robots and fire.  So no run depends on which were played before it, or on the
+  number of workers.
+* Chance comes from `rng`, numpy's, not from `random` or `numpy.random`, which do not
+  know the seed.
+* What it prints goes to stderr, also while it is imported, for each run anew.
+* It is copied, where a run's fire is measured and futures are tried: leave open files,
+  generators and locks out of it.
 """
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from copy import deepcopy
 from importlib import import_module
 from inspect import signature
+from multiprocessing import parent_process
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+import reference
+from reference import paper
 from reference.learning.settings import Side
 from reference.paper import InputError
 from reference.workshop.storage.runs import digests_of_code
+from reference.workshop.storage.workers import is_being_stopped
 from reference.workshop.strategies.trained import Trained
 from reference.world import World
 
@@ -27,7 +47,7 @@ CODE = "MODULE:NAME"
 ASKED = {"robots": ("world", "robots", "rng"), "fire": ("world", "rng")}
 ANSWERS = {
     "robots": "a list with (x, y) in metres, or None, for each of the robots",
-    "fire": "(floor, x, y), in metres, or None",
+    "fire": "(floor, x, y), the floor from 0 and the rest in metres, or None",
 }
 
 
@@ -38,25 +58,59 @@ def is_code(word: str) -> bool:
 
 
 def from_code(word: str, side: Side) -> Any:
-    """Make the strategy that a word names: an object with `decide`, or its class.
+    """Make anew the strategy that a word names: an object with `decide`, or its class.
 
-    Raises InputError for a module or name that is not there, and for what cannot
-    decide; so does a decision that is none. What the code itself raises is not caught.
+    Raises InputError for a module or name that is not there, for what cannot decide,
+    and for code that ends the program; so does a decision that is none. What the code
+    itself raises is not caught.
     """
     name = word.partition(":")[2]
-    named = getattr(_import_module(word), name, None)
+    named = getattr(_import_anew(word), name, None)
     if named is None:
         raise InputError(f"{word}: {_file_of(word)} has no '{name}'.")
-    decides = hasattr(named, "decide") and not isinstance(named, type)
-    made = named if decides or not callable(named) else named()
+    needs = f"decide({', '.join(ASKED[side])})"
+    with _own_code(word, "it"):
+        made = _made(named, f"{word}: who plays the {side} has {needs}")
     try:
         signature(made.decide).bind(*ASKED[side])
     except (AttributeError, TypeError):
-        needs = f"decide({', '.join(ASKED[side])})"
         raise InputError(f"{word}: who plays the {side} has {needs}.") from None
-    if isinstance(made, Trained):
-        return made
-    return CheckedStrategy(made, word, side)
+    kind = CheckedPolicy if isinstance(made, Trained) else CheckedStrategy
+    checked = kind(made, word, side)
+    deepcopy(checked)  # refused now, not at the end of a run
+    return checked
+
+
+def _made(named: Any, needs: str) -> Any:
+    """Make the object that is named by its class; an object is it already."""
+    decides = hasattr(named, "decide") and not isinstance(named, type)
+    if decides or not callable(named):
+        return named
+    try:
+        signature(named).bind()
+    except TypeError:
+        raise InputError(
+            f"{needs}: name an object, or a class that is made without arguments."
+        ) from None
+    return named()
+
+
+@contextmanager
+def _own_code(word: str, what: str) -> Iterator[None]:
+    """Let code print to stderr. Raises InputError where it ends the program.
+
+    what: is running, for the message
+    """
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    except (SystemExit, KeyboardInterrupt) as end:
+        if isinstance(end, KeyboardInterrupt) and is_being_stopped():
+            raise
+        raise InputError(
+            f"{word}: {what} ends the program by {type(end).__name__}({end!s:.60}). "
+            "Take that out."
+        ) from end
 
 
 class CheckedStrategy:
@@ -67,30 +121,74 @@ class CheckedStrategy:
         self.word = word
         self.side = side
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> "CheckedStrategy":
+        """Copy what it remembers. Raises InputError if it cannot be copied."""
+        try:
+            strategy = deepcopy(self.strategy, memo)
+        except Exception as error:  # of any kind
+            raise InputError(
+                f"{self.word}: cannot be copied ({error!s:.99}). Leave out of it what "
+                "is no plain data, such as open files."
+            ) from error
+        return type(self)(strategy, self.word, self.side)
+
     def decide(self, world: World, *asked: Any) -> Any:
         """Decide as it does. Raises InputError for what is no decision of its side."""
-        answer = self.strategy.decide(world, *asked)
+        # lists are its own to change
+        given = [list(one) if isinstance(one, list) else one for one in asked]
+        with _own_code(self.word, "decide"):
+            answer = self.strategy.decide(world, *given)
         if self.side == "fire" and answer is None:
             return None
         try:
-            if self.side == "fire":
-                floor, x, y = answer
-                return int(floor), *metres(x, y)
-            each = zip(asked[0], answer, strict=True)  # one for each of the robots
-            return [None if point is None else metres(*point) for _, point in each]
+            if self.side == "robots":
+                points = list(answer)
+                _refuse_words(*points)
+                each = zip(asked[0], points, strict=True)  # one for each of the robots
+                return [None if point is None else metres(*point) for _, point in each]
+            floor, x, y = answer
+            _refuse_words(answer, floor)
+            decision = int(floor), *metres(x, y)
+            if decision[0] != floor:
+                raise ValueError
         except (TypeError, ValueError, OverflowError):
             raise InputError(
                 f"{self.word}: decide returned {answer!r:.60}; it should be "
                 f"{ANSWERS[self.side]}."
             ) from None
+        last = world.building.floors - 1
+        if not 0 <= decision[0] <= last:
+            floors = f"floors 0 to {last}, the lowest first" if last else "floor 0 only"
+            raise InputError(
+                f"{self.word}: decide returned {answer!r:.60}; there is {floors}."
+            )
+        return decision
+
+
+class CheckedPolicy(CheckedStrategy):
+    """A policy of your own, which tells where it has learned."""
+
+    def __getattr__(self, name: str) -> Any:
+        """Tell what the policy tells."""
+        return getattr(vars(self)["strategy"], name)
 
 
 def metres(x: Any, y: Any) -> tuple[float, float]:
     """Read two finite numbers. Raises ValueError or TypeError for others."""
+    _refuse_words(x, y)
     read = float(x), float(y)
     if not np.isfinite(read).all():
         raise ValueError
     return read
+
+
+def _refuse_words(*values: Any) -> None:
+    """Raise TypeError for words: "12" is two digits, and no place."""
+    if any(isinstance(value, str | bytes) for value in values):
+        raise TypeError
+
+
+# -- Modules ------------------------------------------------------------------------
 
 
 def code_digests(word: str) -> dict[str, str]:
@@ -108,13 +206,36 @@ def _file_of(word: str) -> Path:
     raise InputError(f"{word}: name a module, not a folder.")
 
 
+def _import_anew(word: str) -> ModuleType:
+    """Import a module, and those that it imports from its folder, as if never before.
+
+    The first time, it may change the paper's numbers; whoever plays has them already.
+    """
+    name = word.partition(":")[0]
+    before = paper.numbers()
+    again = name in sys.modules or parent_process() is not None
+    if name in sys.modules and name.split(".")[0] != reference.__name__:
+        file = _file_of(word)
+        root = file.parents[name.count(".")]
+        ours = {str(root / path) for path in code_digests(word)}
+        for other, module in [*sys.modules.items()]:
+            if getattr(module, "__file__", None) in ours:
+                del sys.modules[other]
+    module = _import_module(word)
+    if again:
+        for number, value in before.items():
+            setattr(paper, number, value)
+    return module
+
+
 def _import_module(word: str) -> ModuleType:
     """Import a module, first from the current folder."""
     name = word.partition(":")[0]
     if sys.path[0] not in ("", os.getcwd()):  # as for a script that is started here
         sys.path.insert(0, os.getcwd())
     try:
-        return import_module(name)
+        with _own_code(word, "its module"):
+            return import_module(name)
     except ModuleNotFoundError as error:
         if not f"{name}.".startswith(f"{error.name}."):
             raise  # it is there, but imports what is not

@@ -136,7 +136,8 @@ def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
     head = {"kind": KIND, "format": FORMAT, "game": reference.GAME}
     memory = BytesIO()
     torch.save(_equal_bytes(head | asdict(checkpoint)), memory)
-    write_whole(path, memory.getbuffer())
+    with memory.getbuffer() as content:  # released before the memory is
+        write_whole(path, content)
 
 
 def load_checkpoint(path: str | Path) -> Checkpoint:
@@ -216,6 +217,7 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     checkpoint = record_from(Checkpoint, rows, "checkpoint")
     parse_map(checkpoint.task.plan, "its plan")
     _refuse_numbers(checkpoint)
+    _refuse_versions(checkpoint)
     return checkpoint
 
 
@@ -242,6 +244,24 @@ def _refuse_numbers(checkpoint: Checkpoint) -> None:
     counts = [checkpoint.round, *(state["steps"] for state in learners)]
     if min(counts) < 0:
         raise ValueError("counts below 0")
+
+
+def _refuse_versions(checkpoint: Checkpoint) -> None:
+    """Raise ValueError for earlier versions that are of no round, or no such network.
+
+    They play in a worker, rounds later.
+    """
+    for state in checkpoint.learners.values():
+        shapes = _shapes_of(state["actor"])
+        for number, weights in state["versions"].items():
+            if not isinstance(number, int) or not 0 <= number <= checkpoint.round:
+                raise ValueError(f"a version of round {number!s:.40}")
+            if _shapes_of(weights) != shapes:
+                raise ValueError(f"weights of another shape, of round {number}")
+
+
+def _shapes_of(weights: Mapping[str, Tensor]) -> dict[str, torch.Size]:
+    return {name: weight.shape for name, weight in weights.items()}
 
 
 def _leaves(plain: Any, kind: Any) -> Iterator[Any]:
@@ -282,6 +302,10 @@ def restore(learner: Learner, state: dict[str, Any]) -> None:
     for name in NETWORKS:
         # Copied: an optimiser would go on in the tensors that it is given.
         getattr(learner, name).load_state_dict(deepcopy(state[name]))
+    for weight, moments in learner.optimiser.state.items():
+        for moment in _leaves(dict(moments), Tensor):
+            if moment.dim() and moment.shape != weight.shape:  # a count has no shape
+                raise ValueError("moments of another shape")
     learner.buffer = [
         Decisions(**part | {"grids": _unpacked(part["grids"])})
         for part in state["buffer"]

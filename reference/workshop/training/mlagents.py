@@ -15,23 +15,30 @@ Its keys are the rows of the tables [E1] [E2].
 have it: files of a few lines can then vary one of the tables.  The head alone is
 ML-Agents' own, one Gaussian, unless `reference` or the command line names another.
 Keys without a counterpart here pass if their value switches them off, or if they are
-about Unity's program or the machine; others are refused, all at once.
+about Unity's program or the machine; what `train` has an option for is noted, or
+refused where the training would be another one; others are refused, all at once.  A
+row may stand in one place, by one name.
 """
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from reference.learning.settings import Side
 from reference.workshop.anchors.settings import SideSettings
-from reference.workshop.storage.files import read_text
 from reference.workshop.storage.records import (
     SettingsError,
-    checked_mapping,
     did_you_mean,
     rows_of,
+    some_of,
+)
+from reference.workshop.storage.settings import (
+    Section,
+    checked_section,
+    read_yaml_file,
+    twice,
 )
 from reference.workshop.training.presets import Settings, with_rows
 
@@ -42,70 +49,232 @@ PLACES = {
 }
 """Rows of the tables by where ML-Agents keeps them, as in hyperparameters.beta."""
 
+SECTIONS = {
+    head for place in PLACES for head in accumulate(place.split("."), "{}.{}".format)
+} - {*PLACES}
+
 PASSED_OVER = {
     "hyperparameters.shared_critic": (False,),
     "network_settings.deterministic": (False,),
     "network_settings.goal_conditioning_type": ("hyper", "none"),
+    "network_settings.memory": (None,),
     "even_checkpoints": (False,),
     "threaded": (False, True),
+    "init_path": (None,),
+    "self_play": (None,),
+    "behavioral_cloning": (None,),
 }
 """What passes without a counterpart: values that switch it off or have no effect."""
 
 NO_EFFECT = "reward_signals.extrinsic.network_settings."
-OF_UNITY = ("env_settings", "engine_settings", "torch_settings", "debug")
-TOP = ("behaviors", "default_settings", "reference", "checkpoint_settings", *OF_UNITY)
 BEHAVIOUR_NAMES: dict[Side, str] = {"robots": "Robot", "fire": "Fire"}  # of behaviours
+
+IN_PLACE_OF = {
+    "checkpoint_settings.initialize_from": "--initialize-from",
+    "checkpoint_settings.load_model": "--resume",
+    "checkpoint_settings.resume": "--resume",
+    "checkpoint_settings.inference": "evaluate, not train",
+    "checkpoint_settings.run_id": "--out",
+    "checkpoint_settings.results_dir": "--out",
+    "checkpoint_settings.force": "--out, which names a new folder",
+    "env_settings.seed": "--seed",
+    "env_settings.num_envs": "--workers",
+}
+"""What a command line says here, by where ML-Agents keeps it."""
+
+OTHER_TRAINING = ("initialize_from", "load_model", "resume", "inference")
+"""Of these, what makes another training: it is refused, the rest is noted."""
+
+OF_UNITY = {
+    "checkpoint_settings": ("train_model",),
+    "env_settings": (
+        "env_path",
+        "env_args",
+        "base_port",
+        "num_areas",
+        "timeout_wait",
+        "max_lifetime_restarts",
+        "restarts_rate_limit_n",
+        "restarts_rate_limit_period_s",
+    ),
+    "engine_settings": (
+        "width",
+        "height",
+        "quality_level",
+        "time_scale",
+        "target_frame_rate",
+        "capture_frame_rate",
+        "no_graphics",
+        "no_graphics_monitor",
+    ),
+    "torch_settings": ("device",),
+}
+"""Keys about Unity's program or the machine, which change nothing here."""
+
+ONLY_EMPTY = ("environment_parameters",)  # at the top
+NOT_ASKED = (None, False, -1)  # values that ask for nothing
+UNKNOWN = "unknown, or not built here"
+TOP = ("behaviors", "default_settings", "reference", *OF_UNITY, "debug")
+
+
+class Stated(NamedTuple):
+    """What a file states: where ML-Agents keeps it, in which line."""
+
+    place: str
+    value: Any
+    line: int
+
+
+Rows = dict[str, Stated]
+"""Rows that a behaviour states, by the names of `SideSettings`."""
 
 
 def read_yaml(path: Path, base: Settings) -> Settings:
     """Replace in `base` what a trainer file of ML-Agents, or one of ours, states.
 
-    Notes on stderr which behaviour is taken for which side. Raises SettingsError, also
-    without PyYAML, and OSError for an unreadable file.
+    Notes on stderr which behaviour is taken for which side, and which options say what
+    the file cannot. Raises SettingsError, also without PyYAML, and OSError for an
+    unreadable file.
     """
-    text = read_text(path)
+    read = read_yaml_file(path)
     try:
-        top = checked_mapping(_parsed(text), "the file")
-        for key, value in top.items():
-            if value is not None and key not in TOP:
-                lost = f"unknown, or not built here: {key}. Leave it out."
-                raise SettingsError(lost + did_you_mean(key, TOP))
-        behaviours = checked_mapping(top.get("behaviors"), "behaviors")
-        names = _sides(behaviours)
-        parts = {"default_settings": top.get("default_settings"), **behaviours}
-        rows = _stated(
-            _rows(parts), names, checked_mapping(top.get("reference"), "reference")
-        )
+        top = _checked_top(read)
+        notes = list(_options_in(top))
+        behaviours = checked_section(top.get("behaviors"), "behaviors")
+        defaults, of_each = _rows(top.get("default_settings"), behaviours)
+        names = _sides(of_each, defaults)
+        ours = checked_section(top.get("reference"), "reference")
+        rows: dict[str, Any] = dict(ours)
+        for side in BEHAVIOUR_NAMES:
+            rows[side] = _rows_of_side(side, names, of_each, defaults, ours)
+            rows.pop(BEHAVIOUR_NAMES[side], None)
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from None
     made = with_rows(base, rows, str(path))
-    for side, name in names.items():
-        print(f"note: {path}: '{name}' is taken for {side}", file=sys.stderr)
+    notes += [f"'{name:.60}' is taken for {side}" for side, name in names.items()]
+    for note in notes:
+        print(f"note: {path}: {note}", file=sys.stderr)
     return made
 
 
-def _parsed(text: str) -> Any:
-    """Parse a text of YAML into plain dicts, lists, numbers and words."""
-    try:
-        import yaml
-    except ImportError:
-        raise SettingsError("a YAML file needs PyYAML: pip install PyYAML") from None
-    try:
-        # Aliases of aliases make a gigabyte of a few lines.
-        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
-            raise ValueError("write out what *aliases stand for")
-        return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        words = " ".join(str(error).replace('in "<unicode string>",', "at").split())
-        raise SettingsError(f"this is no YAML: {words}") from None
+# -- The top ------------------------------------------------------------------------
 
 
-def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
+def _checked_top(read: Any) -> Section:
+    """Check the names at the top of a file."""
+    top = checked_section(read, "the file")
+    for key, value in top.items():
+        if key not in TOP and (value or key not in ONLY_EMPTY):
+            hint = did_you_mean(key, TOP)
+            raise SettingsError(f"{UNKNOWN}: {key:.60}. Leave it out.{hint}")
+    return top
+
+
+def _options_in(top: Section) -> Iterator[str]:
+    """Say which options of `train` take the place of what a file states.
+
+    Raises SettingsError for what would make another training, and for unknown keys.
+    """
+    for name, passed in OF_UNITY.items():
+        section = checked_section(top.get(name), name)
+        for key, value in section.items():
+            place = f"{name}.{key}"
+            if place in IN_PLACE_OF:
+                if value in NOT_ASKED:
+                    continue
+                instead = IN_PLACE_OF[place]
+                if key in OTHER_TRAINING:
+                    raise SettingsError(
+                        f"line {section.lines[key]}: {place} is not read here. Leave "
+                        f"it out, and take {instead}."
+                    )
+                yield f"{place} is not read; take {instead}"
+            elif key not in passed:
+                here = [k for k in IN_PLACE_OF if k.startswith(f"{name}.")]
+                hint = did_you_mean(place, [*here, *(f"{name}.{k}" for k in passed)])
+                raise SettingsError(f"{UNKNOWN}: {place:.60}. Leave it out.{hint}")
+
+
+# -- Behaviours ---------------------------------------------------------------------
+
+
+def _rows(default_settings: Any, behaviours: Section) -> tuple[Rows, dict[str, Rows]]:
+    """Collect the rows of the defaults, and those of behaviours by their names.
+
+    Raises SettingsError that names keys without a counterpart.
+    """
+    lost = set[tuple[str, str]]()
+    default = "default_settings"
+    defaults = _rows_of_part(default, default_settings, lost)
+    of_each = {name: _rows_of_part(name, of, lost) for name, of in behaviours.items()}
+    if lost:
+        known = {*PLACES, *SECTIONS}
+        hint = did_you_mean(min(lost)[1], known) if len(lost) == 1 else ""
+        words = some_of((f"{part}: {at}" for part, at in sorted(lost)), between="; ")
+        raise SettingsError(f"{UNKNOWN}: {words}. Leave it out.{hint}")
+    return defaults, of_each
+
+
+def _rows_of_part(part: str, sections: Any, lost: set[tuple[str, str]]) -> Rows:
+    """Collect the rows of a behaviour; add to `lost` what has no counterpart.
+
+    Raises SettingsError for a row that is there twice or has no value.
+    """
+    rows: Rows = {}
+    seen: dict[str, Stated] = {}
+    for stated in _flat(checked_section(sections, f"{part:.60}")):
+        place = stated.place
+        if place in seen:
+            raise twice(f"{part:.60}: {place}", seen[place].line, stated.line)
+        seen[place] = stated
+        if place not in PLACES:
+            if not _passes(stated):
+                lost.add((part, _section(place)))
+        elif stated.value is None:
+            raise SettingsError(
+                f"line {stated.line}: {part:.60}: {place} has no value. Write one, or "
+                "leave it out."
+            )
+        else:
+            rows[PLACES[place]] = stated
+    return rows
+
+
+def _passes(stated: Stated) -> bool:
+    """Whether what has no counterpart has no effect either."""
+    if f"{stated.place}.".startswith(NO_EFFECT):
+        return True
+    return stated.value in PASSED_OVER.get(stated.place, ())
+
+
+def _flat(section: Section, over: str = "") -> Iterator[Stated]:
+    """Yield all values of a section and those in it, by their places."""
+    for key, value in section.items():
+        place = f"{over}{key}"
+        if place in SECTIONS or (value and isinstance(value, Section)):
+            yield from _flat(checked_section(value, place), f"{place}.")
+        else:
+            yield Stated(place, value, section.lines[key])
+
+
+def _section(at: str) -> str:
+    """The part of a place that ends where no row of the tables is below any more."""
+    for head in accumulate(at.split("."), "{}.{}".format):
+        if head not in SECTIONS:
+            return head
+    return at
+
+
+# -- Sides --------------------------------------------------------------------------
+
+
+def _sides(of_each: Mapping[str, Rows], defaults: Rows) -> dict[Side, str]:
     """Match sides to behaviours: by name, or as a poca, which is the robots'."""
     of_sides: dict[Side, list[str]] = {"robots": [], "fire": []}
-    clear = not behaviours
-    for name, rows in behaviours.items():
-        poca = isinstance(rows, Mapping) and rows.get("trainer_type") == "poca"
+    clear = not of_each
+    for name, rows in of_each.items():
+        trainer = (defaults | rows).get("trainer_type")
+        poca = trainer is not None and trainer.value == "poca"
         fire = "fire" in name.lower()
         robot = "robot" in name.lower()
         # FireRobots, or neither word: a group can only be the robots.
@@ -113,80 +282,43 @@ def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
         of_sides["robots" if robots else "fire"].append(name)
         clear |= poca or fire or robot
     if not clear or max(map(len, of_sides.values())) > 1:
-        names = ", ".join(behaviours)
         raise SettingsError(
-            f"behaviors: who are {names}? Name the robots' Robot, the fire's Fire, and "
-            "leave others out"
+            f"behaviors: who are {some_of(of_each)}? Name the robots' Robot, the "
+            "fire's Fire, and leave others out"
         )
     return {side: names[0] for side, names in of_sides.items() if names}
 
 
-def _stated(
-    parts: Mapping[str, dict[str, Any]], names: Mapping[Side, str], ours: dict[str, Any]
+def _rows_of_side(
+    side: Side,
+    names: Mapping[Side, str],
+    of_each: Mapping[str, Rows],
+    defaults: Rows,
+    ours: Section,
 ) -> dict[str, Any]:
-    """Collect the rows of whole settings that a file states.
+    """Collect what a file states of a side, by the names of `SideSettings`.
 
-    parts: rows of the defaults and of behaviours;  names: of behaviours;  ours: rows
-    that ML-Agents does not have
+    names: of behaviours;  ours: rows that ML-Agents does not have
+    Raises SettingsError for a row that is there by two names.
     """
-    for side, name in BEHAVIOUR_NAMES.items():
-        own = checked_mapping(ours.pop(name, ours.get(side)), f"reference: {name}")
-        own = {row: _number(value) for row, value in own.items()}
-        rows = parts["default_settings"]
-        if side in names:  # written for ML-Agents, which has that head alone
-            rows = rows | {"head": "floor"} | parts[names[side]]
-        if "learning_rate_schedule" in rows:  # as ML-Agents documents
-            both = ("beta_schedule", "epsilon_schedule")
-            rows = dict.fromkeys(both, rows["learning_rate_schedule"]) | rows
-        ours[side] = rows | own
-    return ours
+    # A side that is not named keeps its trainer.
+    rows = {n: s.value for n, s in defaults.items() if n != "trainer_type"}
+    named: Rows = {}
+    if side in names:  # written for ML-Agents, which has that head alone
+        named = of_each[names[side]]
+        rows = {n: s.value for n, s in (defaults | named).items()} | {"head": "floor"}
+    if "learning_rate_schedule" in rows:  # as ML-Agents documents
+        both = ("beta_schedule", "epsilon_schedule")
+        rows = dict.fromkeys(both, rows["learning_rate_schedule"]) | rows
 
-
-def _rows(parts: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Collect the rows of the defaults and of behaviours from their sections.
-
-    Raises SettingsError that names all keys without a counterpart.
-    """
-    rows: dict[str, dict[str, Any]] = {}
-    lost = set[tuple[str, str]]()
-    for part, sections in parts.items():
-        rows[part] = {}
-        for at, value in _flat(checked_mapping(sections, part)).items():
-            passes = value in PASSED_OVER.get(at, ()) or at.startswith(NO_EFFECT)
-            if at in PLACES:
-                rows[part][PLACES[at]] = _number(value)
-            elif not passes:
-                lost.add((part, _section(at)))
-    if lost:
-        hint = did_you_mean(min(lost)[1], PLACES) if len(lost) == 1 else ""
-        words = "; ".join(f"{part}: {at}" for part, at in sorted(lost))
-        raise SettingsError(f"unknown, or not built here: {words}. Leave it out.{hint}")
-    return rows
-
-
-def _flat(section: Mapping[Any, Any], over: str = "") -> dict[str, Any]:
-    """Values by their paths, as in {"hyperparameters.beta": 0.01}; nulls left out."""
-    flat: dict[str, Any] = {}
-    for key, value in section.items():
-        if isinstance(value, Mapping):
-            flat |= _flat(value, f"{over}{key}.")
-        elif value is not None:
-            flat[f"{over}{key}"] = value
-    return flat
-
-
-def _section(at: str) -> str:
-    """The part of a path that ends where no row of the tables is below any more."""
-    for head in accumulate(at.split("."), "{}.{}".format):
-        if not any(place.startswith(f"{head}.") for place in PLACES):
-            return head
-    return at
-
-
-def _number(value: Any) -> Any:
-    """Read 1e-4, a word to YAML, and 5.0e6, none whole [E3, settings.py]."""
-    try:
-        real = float(value) if isinstance(value, str | float) else value
-    except ValueError:
-        return value
-    return int(real) if isinstance(real, float) and real.is_integer() else real
+    one, other = BEHAVIOUR_NAMES[side], side
+    if one in ours and other in ours:
+        name = f"reference: {one}, or {other},"
+        raise twice(name, ours.lines[one], ours.lines[other])
+    key = one if one in ours else other
+    own = checked_section(ours.get(key), f"reference: {key}")
+    for row in own:
+        if row in named:
+            name = f"{named[row].place} of {one}, here and in reference,"
+            raise twice(name, named[row].line, own.lines[row])
+    return rows | own

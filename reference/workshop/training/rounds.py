@@ -351,7 +351,13 @@ class Training:
 
         Robots that have not copied all they were to copy begin anew.
         """
-        training = cls(checkpoint.task)
+        task = checkpoint.task
+        training = cls(task)
+        for side, players in task.fixed.items():
+            for who in players:
+                if isinstance(who, LearnedNetwork):  # fails here, not in a worker
+                    scenario = task.settings.scenario
+                    who.player(side, building_of(task.plan), scenario)
         progress = record_from(Progress, checkpoint.progress, "progress")
         if not progress.imitated:
             return training
