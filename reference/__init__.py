@@ -91,7 +91,9 @@ WORKSHOP = (
     "workshop.training",  # trainings, kept in files:
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
     "workshop.training.mlagents",  # ML-Agents' trainer files
+    "workshop.training.batches",  # of buildings that differ
     "workshop.training.imitation",  # an option: copy a strategy first
+    "workshop.training.families",  # of buildings: which one a job plays in
     "workshop.training.checkpoints",  # files to resume from
     "workshop.training.policies",  # a learned policy is a strategy
     "workshop.training.summaries",  # what a training writes down as it runs
