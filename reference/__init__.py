@@ -75,6 +75,7 @@ WORKSHOP = (
     "workshop.engine.mirrors",  # many evacuations at once, compiled:
     "workshop.engine.keeping",  # what is kept with objects of the book
     "workshop.engine.ways",  # as `navigation`
+    "workshop.engine.rows",  # as `rays`
     "workshop.engine.tables",  # what never moves
     "workshop.engine.state",  # a simulation as arrays, and back
     "workshop.engine.sees",  # as `view` and `rays`
