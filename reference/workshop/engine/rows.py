@@ -288,4 +288,3 @@ def fill_row(S, R, p, holes):
     add_looked(S, R, p)
     for k in range(len(R.square)):
         R.square[k] &= ~np.uint8(STOP)
-
