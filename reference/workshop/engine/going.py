@@ -15,6 +15,7 @@ from reference.simulation import Simulation
 from reference.workshop.engine import storing, ticks
 from reference.workshop.engine.keeping import kept_with
 from reference.workshop.engine.mirrors import written_from
+from reference.workshop.engine.rows import cast_rays
 from reference.workshop.engine.state import EVENT, PAIR, RunArrays
 from reference.workshop.engine.ways import quick_ways
 
@@ -35,6 +36,7 @@ def make_ready(say: Callable[[str], None]) -> None:
     mine.take()  # what fails here is no fault of what is kept on disk
 
     def first_call() -> None:
+        cast_rays(run.sight, run.sight._clear.reshape(run.building.kind.shape))
         mine.tables.add_row(int(np.flatnonzero(run.building.walkable)[0]), NO_HOLES)
         advance(run, 0)
         with quick_ways(run.navigation):

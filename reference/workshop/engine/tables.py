@@ -15,7 +15,7 @@ import numpy as np
 from reference.navigation import Navigation, navigation_of
 from reference.rays import Sight
 from reference.workshop.engine.keeping import kept_with
-from reference.workshop.engine.rows import Room, Still, fill_row
+from reference.workshop.engine.rows import Room, Still, cells_along, fill_row
 from reference.workshop.engine.ways import Ways, ways_of
 
 
@@ -214,11 +214,6 @@ def _still(sight: Sight, arrays: Arrays, half: int, side: int) -> Still:
     """What all rows are made from."""
     numbers = np.zeros(1, NUMBERS)
     numbers[0] = (half, side, sight.navigation.cols, sight.sees.reach, sight._well)
-    rays = [sight._cells_of_ray(k) for k in range(len(sight.hits))]
-    most = max(map(len, rays), default=0)
-    along = np.zeros((len(rays), most, 2), np.int32)
-    for k, cells in enumerate(rays):
-        along[k, : len(cells)] = np.reshape(cells, (-1, 2))
     useful = np.zeros(len(arrays.marks), bool)
     useful[list(sight._useful)] = True
     rooms = np.zeros(len(arrays.cells), bool)
@@ -233,7 +228,7 @@ def _still(sight: Sight, arrays: Arrays, half: int, side: int) -> Still:
         line=sight.sees.table,
         hits=sight.hits,
         ends=sight.ends,
-        along=along,
+        along=cells_along(sight),
     )
 
 

@@ -12,8 +12,8 @@ from math import sqrt
 
 import numpy as np
 
-from reference.workshop.engine.rows import GROUND
 from reference.workshop.engine.mirrors import compiled, mirrors
+from reference.workshop.engine.rows import GROUND
 from reference.workshop.engine.sees import (
     AIM_LANDMARK,
     ENTRANCE,

@@ -14,7 +14,6 @@ import numpy as np
 from reference.building import Kind, building_of
 from reference.learning.rollouts import Job
 from reference.paper import InputError
-from reference.rays import sight_of
 from reference.workshop import maps
 from reference.workshop.anchors.sets import known_ways_of
 from reference.workshop.engine import knows_all_rules
@@ -180,13 +179,14 @@ class LotJob(Job):
 def prepare(job: Job) -> None:
     """Make the tables of a job's building, which are kept for a few buildings."""
     building = building_of(job.plan)
-    sight = sight_of(building, job.scenario.sight_range)
+    reach = job.scenario.sight_range
+    if knows_all_rules():
+        from reference.workshop.engine.rows import sight_made_quickly  # numba
+        from reference.workshop.engine.tables import tables_of
+
+        tables_of(sight_made_quickly(building, reach))
     known_map_of(building)
     known_ways_of(building)
-    if knows_all_rules():
-        from reference.workshop.engine.tables import tables_of  # numba
-
-        tables_of(sight)
 
 
 def job_in(family: Family, seed: int, phase: int, number: int, job: Job) -> Job:
