@@ -1,4 +1,4 @@
-"""Trainings in families of buildings: which one a job plays in, and one buffer of all."""
+"""Trainings in families: which building a job plays in, and one buffer of all."""
 
 import gc
 from dataclasses import replace

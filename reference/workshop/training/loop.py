@@ -126,6 +126,7 @@ class _Costs:
 
 def _play_in_family(job: Job) -> tuple[list[Episode], float, float]:
     """Play a job in its building; also return seconds to prepare that, and to play."""
+    make_ready()  # no building's doing
     begin = process_time()
     if isinstance(job, LotJob):
         job = job.placed()
