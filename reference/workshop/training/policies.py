@@ -45,7 +45,7 @@ class LearnedPolicy(Trained):
         )
         self.task = checkpoint.task
         self.name = self.task.building
-        self.building = building_of(self.task.plan)
+        self.building = building_of(self.task.plans[0])
         self.scenario = self.task.settings.scenario
         self.numbers = checkpoint.numbers
 
@@ -85,17 +85,19 @@ POLICIES: dict[Side, Any] = {"robots": LearnedRobots, "fire": LearnedFire}
 
 
 def fixed_player(
-    word: str, side: Side, building: Building, scenario: Scenario
+    word: str, side: Side, building: Building | None, scenario: Scenario
 ) -> LearnedNetwork | str:
     """A strategy's name, or the network of a checkpoint; refuses one that misfits.
 
+    building: None for several, of which the training itself refuses networks.
     Says on stderr if it learned with other numbers of the paper.
     """
     if word in SCRIPTS[side]:
         return word
     policy = POLICIES[side](word)
-    with errors_naming(f"{side} {word}"):
-        policy.refuse_elsewhere(building, scenario)
+    if building is not None:
+        with errors_naming(f"{side} {word}"):
+            policy.refuse_elsewhere(building, scenario)
     numbers = other_numbers(policy.numbers)
     if numbers:
         print(f"note: {side} {word}: learned with {numbers}", file=sys.stderr)
