@@ -83,11 +83,12 @@ def _settings(asked: Namespace) -> Settings:
         trainer_type=asked.trainer or made.robots.trainer_type,
         head=asked.head or made.robots.head,
     )
+    fire = replace(made.fire, head=asked.head or made.fire.head)
     stated = asked.scenario or {}
     if asked.robots == ["none"]:  # none stand there, and the fire observes none
         stated = {"robots_per_floor": 0, **stated}
     scenario = with_stated(made.scenario, stated, "scenario")
-    return replace(made, robots=robots, scenario=scenario)
+    return replace(made, robots=robots, fire=fire, scenario=scenario)
 
 
 def resume_training(folder: Path) -> Training:
