@@ -1,9 +1,11 @@
 """The command evaluate: all robots against all fires, by one ruler."""
 
 from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import paper_ruler
@@ -17,6 +19,8 @@ from reference.workshop.storage.files import write_json
 from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.storage.scenarios import kept_fields, list_keys
+
+Row = TypeVar("Row", Cell, RunResult)
 
 NO_BASELINE = (
     "no E on a baseline of this building: name a scripted guide among --robots, such "
@@ -102,6 +106,9 @@ def _print_and_keep(
         played, ruler, arguments.baseline, baseline.ruler if baseline else None
     )
     report = results.evaluation_as_json(evaluation, ruler, cells, baseline)
+    # as people are to read who played
+    cells = _with_titles(cells, evaluation)
+    played = _with_titles(played, evaluation)
     text = [
         evaluation.about(),
         *report["notes"],
@@ -115,6 +122,14 @@ def _print_and_keep(
     if arguments.out:  # last: whatever cannot be written, the table has been told
         write_json(arguments.out / "cells.json", report)
         _draw(arguments.out, arena, baseline, cells, played)
+
+
+def _with_titles(rows: Sequence[Row], evaluation: Evaluation) -> list[Row]:
+    """Rows of robots and fires by their titles: which `learned` it was."""
+    titles = evaluation.titles
+    return [
+        replace(row, robots=titles[row.robots], fire=titles[row.fire]) for row in rows
+    ]
 
 
 def _draw(
