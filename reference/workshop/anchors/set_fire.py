@@ -229,7 +229,9 @@ class FireView:
 
     def numbers(self) -> np.ndarray:
         """(V,) float32, see `SetShapes`."""
-        parts = [self.spots, self.allowed, *self._sets(), self._counts()]
+        sets = self._sets()
+        elements = np.array([len(part) for part in sets])
+        parts = [self.spots, self.allowed, *sets, self._counts(), elements]
         return np.concatenate([part.ravel() for part in parts], dtype=np.float32)
 
     def _sets(self) -> list[np.ndarray]:

@@ -2,7 +2,8 @@
 
 Every element of a set passes the same small network; the mean and the greatest of what
 comes out tell of the whole set. So their order means nothing, and weights fit any
-number. What they read is laid out as `sets.SetShapes` says.
+number. What they read is laid out as `sets.SetShapes` says, and tells how many there
+are: one network reads the numbers of every building.
 
     B    group decisions in a batch;  G  agents of the group;  V  numbers read
     k    elements of a set;  N  numbers of an element;  W  hidden units of an element
@@ -34,13 +35,17 @@ class Numbers:
     """
 
     def __init__(self, vectors: Tensor, shapes: SetShapes, axes: int):
+        """shapes: of any building; how many elements there are the vectors tell."""
         *sets, counts = shapes
-        K, _ = shapes.anchors
-        sizes = [K * axes, K, *(k * n for k, n in sets), counts]
-        at, allowed, *parts, self.counts = vectors.split(sizes, dim=-1)
+        # All agents of a batch are of one building and scenario.
+        elements = vectors.flatten(0, -2)[0, -len(sets) :].int().tolist()
+        here = [(k, n) for k, (_, n) in zip(elements, sets, strict=True)]
+        K = elements[0]
+        sizes = [K * axes, K, *(k * n for k, n in here), counts, len(sets)]
+        at, allowed, *parts, self.counts, _ = vectors.split(sizes, dim=-1)
         self.at = at.unflatten(-1, (K, axes))
         self.allowed = allowed > 0.5
-        pairs = zip(parts, sets, strict=True)
+        pairs = zip(parts, here, strict=True)
         self.sets = [part.unflatten(-1, shape) for part, shape in pairs]
 
 

@@ -72,7 +72,8 @@ class SetShapes(NamedTuple):
 
     The numbers of an element do not depend on the building. The last number of each
     is 1 for elements that are there. Before them stand x and y of each anchor and 1
-    for each that may be chosen; after them `counts` further numbers.
+    for each that may be chosen; after them `counts` further numbers, and at last how
+    many elements there are of each set: so numbers of any building can be taken apart.
     """
 
     anchors: tuple[int, int]
@@ -264,7 +265,9 @@ class SetView(RobotView):
 
     def numbers(self) -> np.ndarray:
         """(B, V) float32, see `SetShapes`."""
-        parts = [self.anchors, self.allowed, *self._sets(), self._counts()]
+        sets = self._sets()
+        elements = np.tile([part.shape[1] for part in sets], (len(self.me), 1))
+        parts = [self.anchors, self.allowed, *sets, self._counts(), elements]
         rows = [part.reshape(len(part), -1) for part in parts]
         return np.concatenate(rows, axis=1, dtype=np.float32)
 
