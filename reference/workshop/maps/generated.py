@@ -77,7 +77,7 @@ def generated_text(
 
 def _refuse(seed: int, width: int, height: int, floors: int) -> None:
     """Raise InputError for a size that no building has, or a seed below 0."""
-    if not (min(width, height) >= LEAST_SIDE and max(width, height) <= MOST_SIDE):
+    if not (LEAST_SIDE <= min(width, height) and max(width, height) <= MOST_SIDE):
         raise InputError(
             f"a new building cannot have {width}x{height} cells. Take {LEAST_SIDE} to "
             f"{MOST_SIDE} in each direction, such as 40x40."
