@@ -50,12 +50,14 @@ LIT = 2.0
 """[D2, chosen] metres: an anchor so near to a source is not lit again."""
 
 CROWDED = 6  # [D2, chosen] anchors where most people will cross
-SOON = 10.0  # [D2, chosen] metres on foot: people so near to an anchor come to it soon
-RIM = 10.0  # what counts as one: cells to burn before a way is closed
-AXES = 3  # storey, x and y
+SOON_THERE = (
+    10.0  # [D2, chosen] metres on foot: people so near to an anchor come to it soon
+)
+CELLS = 10.0  # what counts as one: cells to burn before a way is closed
+FIRE_AXES = 3  # storey, x and y
 
 # Numbers of an anchor. What it is at, as far as the map tells; then what is there.
-EXIT, DOWN, FOOT, DOOR, CROWD, WIDTH, TO_CLOSE, PASS = range(8)
+AT_EXIT, AT_STAIRS, AT_FOOT, AT_DOOR, IN_CROWD, METRES_WIDE, TO_CLOSE, PASS = range(8)
 MAP_NUMBERS = PASS + 1
 
 
@@ -102,12 +104,12 @@ class KnownMarks:
             self.numbers, marks, self.goals, self.rims, strict=True
         ):
             down = mark.kind is Kind.ENTRANCE and mark.leads_out
-            row[EXIT] = mark.kind is Kind.EXIT
-            row[DOWN] = down
-            row[FOOT] = mark.kind is Kind.ENTRANCE and not down
-            row[DOOR] = mark.kind is Kind.DOOR
-            row[WIDTH] = mark.width / WIDE
-            row[TO_CLOSE] = len(rim) / RIM
+            row[AT_EXIT] = mark.kind is Kind.EXIT
+            row[AT_STAIRS] = down
+            row[AT_FOOT] = mark.kind is Kind.ENTRANCE and not down
+            row[AT_DOOR] = mark.kind is Kind.DOOR
+            row[METRES_WIDE] = mark.width / WIDE
+            row[TO_CLOSE] = len(rim) / CELLS
             row[PASS] = min(self.share[goals].sum(), 1)
 
 
@@ -203,7 +205,7 @@ class FireView:
         here = slice(m, m + len(crowded))
         self.at[here] = crowded
         self.real[here] = True
-        self.known[here, CROWD] = 1
+        self.known[here, IN_CROWD] = 1
         self.known[here, PASS] = self.marks.share[crowded]
 
     # -- As numbers -----------------------------------------------------------------
@@ -247,7 +249,7 @@ class FireView:
         storey = self.at // self.nav.floor_size
         people = storey[:, None] == self.people[:, 2]
         way = self._ways(self.stand, self.walks)
-        soon = way <= SOON
+        soon = way <= SOON_THERE
         robots = self._ways(self.post, self.at_work)
         sources = self._ways(self.source, self.burnt)
         inside = max(int(self.inside.sum()), 1)
@@ -397,7 +399,7 @@ class SetsOfFire(PolicyCodec):
         return Sizes(
             vector=self.size,
             grid=NO_IMAGE,
-            continuous=AXES,
+            continuous=FIRE_AXES,
             # no commitment: a fire is headed nowhere
             head=partial(SetHead, self.shapes, self.spread, 0.0),
             encoder=partial(SetEncoder, self.shapes),

@@ -20,7 +20,7 @@ from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.storage.scenarios import kept_fields, list_keys
 
-Row = TypeVar("Row", Cell, RunResult)
+Played = TypeVar("Played", Cell, RunResult)
 
 NO_BASELINE = (
     "no E on a baseline of this building: name a scripted guide among --robots, such "
@@ -124,7 +124,7 @@ def _print_and_keep(
         _draw(arguments.out, arena, baseline, cells, played)
 
 
-def _with_titles(rows: Sequence[Row], evaluation: Evaluation) -> list[Row]:
+def _with_titles(rows: Sequence[Played], evaluation: Evaluation) -> list[Played]:
     """Rows of robots and fires by their titles: which `learned` it was."""
     titles = evaluation.titles
     return [
