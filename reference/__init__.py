@@ -75,6 +75,7 @@ WORKSHOP = (
     "workshop.engine.mirrors",  # many evacuations at once, compiled:
     "workshop.engine.keeping",  # what is kept with objects of the book
     "workshop.engine.ways",  # as `navigation`
+    "workshop.engine.rows",  # as `rays`
     "workshop.engine.tables",  # what never moves
     "workshop.engine.state",  # a simulation as arrays, and back
     "workshop.engine.sees",  # as `view` and `rays`
@@ -91,7 +92,9 @@ WORKSHOP = (
     "workshop.training",  # trainings, kept in files:
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
     "workshop.training.mlagents",  # ML-Agents' trainer files
+    "workshop.training.batches",  # of buildings that differ
     "workshop.training.imitation",  # an option: copy a strategy first
+    "workshop.training.families",  # of buildings: which one a job plays in
     "workshop.training.checkpoints",  # files to resume from
     "workshop.training.policies",  # a learned policy is a strategy
     "workshop.training.summaries",  # what a training writes down as it runs

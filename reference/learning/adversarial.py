@@ -49,9 +49,7 @@ def adversarial_rounds(
 def learn(side: Side, learner: Learner, episodes: Sequence[Episode]) -> Summary:
     """Add a side's trajectories; if the buffer is full, update and summarise."""
     learner.add(trajectories_of(side, episodes))
-    if learner.full:
-        return learner.update()
-    return {}
+    return learner.update() if learner.full else {}
 
 
 def trajectories_of(side: Side, episodes: Sequence[Episode]) -> list[Trajectory]:

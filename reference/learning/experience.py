@@ -69,8 +69,9 @@ class Decisions:
 
     def rows(self, which: Tensor) -> "Decisions":
         """Select group decisions by their indices."""
-        columns = vars(self).items()
-        return Decisions(**{name: x.index_select(0, which) for name, x in columns})
+        return Decisions(
+            **{name: x.index_select(0, which) for name, x in vars(self).items()}
+        )
 
     @staticmethod
     def joined(parts: "Sequence[Decisions]") -> "Decisions":

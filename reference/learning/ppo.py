@@ -119,6 +119,7 @@ class Learner:
     """One side's trainer: networks, buffer, optimiser and steps so far."""
 
     make_critic: Any = Critic
+    buffers = Decisions  # whose `joined` is asked
 
     def __init__(self, settings: TrainerSettings, sizes: Sizes, seed: int):
         self.settings = settings
@@ -202,7 +203,7 @@ class Learner:
     def update(self) -> Summary:
         """Learn from the whole buffer, `num_epoch` times, and empty it."""
         s = self.settings
-        buffer = Decisions.joined(self.buffer)
+        buffer = self.buffers.joined(self.buffer)
         self.buffer = []
         live = buffer.alive
         buffer.advantages[live] = normalised(buffer.advantages[live])

@@ -83,6 +83,9 @@ class SetShapes(NamedTuple):
     counts: int
 
 
+SETS = len(SetShapes._fields) - 1
+
+
 # -- What is known of ways out ------------------------------------------------------
 
 

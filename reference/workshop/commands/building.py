@@ -1,8 +1,9 @@
 """Commands for maps: check, draw [A8] and floors."""
 
 import json
+import re
 import sys
-from argparse import Namespace
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -14,8 +15,11 @@ from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import print_note, print_report
 from reference.workshop.maps import MistakesError, find_map, load, shipped_floors
+from reference.workshop.maps.generated import LEAST_SIDE, MOST_SIDE, generated_text
 from reference.workshop.maps.semantics import touching
+from reference.workshop.maps.syntax import MOST_FLOORS
 from reference.workshop.storage.files import message_of, read_text
+from reference.workshop.storage.runs import ContradictionError
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
 VIEW_HELP = (
@@ -110,15 +114,45 @@ def _at_every_save(
             wait(LOOK_SECONDS)
 
 
+def _size(text: str) -> tuple[int, int]:
+    """Read width and height, such as 40x40."""
+    read = re.fullmatch(r"(\d{1,9})[xX](\d{1,9})", text)
+    if read:
+        width, height = int(read[1]), int(read[2])
+        if min(width, height) >= LEAST_SIDE and max(width, height) <= MOST_SIDE:
+            return width, height
+    raise ArgumentTypeError(
+        f"'{text}' is not WIDTHxHEIGHT, both from {LEAST_SIDE} to {MOST_SIDE}"
+    )
+
+
+SIZE_HELP = "of a new building's main body, in metres with its walls; default: 40x40"
+
+
 @options.command(
-    "floors tiny > mine.txt",
+    "floors --new --seed 7 --size 40x40 --floors 3 > mine.txt",
     options.option("name", "a map to print; default: list all", nargs="?"),
+    options.flag("--new", "draw a building by lot and print it"),
+    options.SEED,
+    options.option("--size", SIZE_HELP, type=_size, metavar="WxH"),
+    options.number("--floors", 1, "of a new building; default: 3", most=MOST_FLOORS),
 )
 def floors(arguments: Namespace) -> None:
-    """Lists the maps that ship, or prints one, to be copied and changed."""
-    if arguments.name is not None:
+    """Lists the maps that ship, prints one to be changed, or draws a new building."""
+    asked = {name: getattr(arguments, name) for name in ("seed", "size", "floors")}
+    given = [f"--{name}" for name, value in asked.items() if value is not None]
+    if given and not arguments.new:
+        raise ContradictionError(f"{', '.join(given)}: add --new.")
+    if arguments.new and arguments.name is not None:
+        raise ContradictionError("a new building has no name: leave it out, or --new.")
+
+    if arguments.new:
+        width, height = arguments.size or (40, 40)
+        seed = arguments.seed or 0
+        print(generated_text(seed, width, height, arguments.floors or 3), end="")
+    elif arguments.name is not None:
         print(read_text(find_map(arguments.name)), end="")
-        return
-    for name in shipped_floors():
-        building = load(name)
-        print(f"{name:10}{building.title}, floors {building.floors}")
+    else:
+        for name in shipped_floors():
+            building = load(name)
+            print(f"{name:10}{building.title}, floors {building.floors}")

@@ -39,8 +39,8 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
     "  python -m reference evacuate --robots out/tiny --fire greedy",
     options.option(
         "--preset",
-        "tiny: seconds, in a small building; laptop: minutes; paper: Tables I "
-        "and II, hours; default: laptop",
+        "tiny: seconds, in a small building; laptop: minutes; any: robots for any "
+        "building, an hour; paper: Tables I and II, hours; default: laptop",
         choices=tuple(PRESETS),
     ),
     options.option(
@@ -50,7 +50,14 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
         type=Path,
         metavar="FILE",
     ),
-    options.building("tiny for preset tiny, else paper"),
+    options.option(
+        "--building",
+        "where, or in several maps; random: in a new generated building in every job, "
+        "with people and robots by lot; random:N: in N of them; default: tiny for "
+        "preset tiny, random for preset any, else paper",
+        nargs="+",
+        metavar="MAP",
+    ),
     options.scenario("the preset's or --settings'"),
     options.option(
         "--trainer",

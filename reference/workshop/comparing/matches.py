@@ -270,8 +270,9 @@ def _notes_on(policy: Any, plays: Any, arena: Arena) -> Iterator[str]:
     if plays.title == ANY_MAP:
         yield f"{ANY_MAP}: the network that knows no building plays here"
     else:
-        if not same_cells(policy.building.drawing, arena.drawn.drawing):
-            where = policy.building.title
+        same = same_cells(policy.building.drawing, arena.drawn.drawing)
+        where = getattr(policy, "where", policy.building.title)
+        if not same or where != policy.building.title:
             yield f"learned in {where}; here it plays in {arena.drawn.title}"
         names = differing(policy.scenario, arena.scenario)
         if names:

@@ -9,6 +9,7 @@ import numpy as np
 
 from reference.building import building_of
 from reference.paper import Scenario
+from reference.rays import NO_HOLES
 from reference.robots import Destinations, actual_target, said_on_the_way
 from reference.simulation import Simulation
 from reference.workshop.engine import storing, ticks
@@ -30,9 +31,11 @@ def make_ready(say: Callable[[str], None]) -> None:
     """Compile what a tick needs, or load it from the disk."""
 
     run = Simulation(building_of(HUT), Scenario(people=0))
-    arrays_of(run).take()  # what fails here is no fault of what is kept on disk
+    mine = arrays_of(run)
+    mine.take()  # what fails here is no fault of what is kept on disk
 
     def first_call() -> None:
+        mine.tables.add_row(int(np.flatnonzero(run.building.walkable)[0]), NO_HOLES)
         advance(run, 0)
         with quick_ways(run.navigation):
             # a second call would else be answered without a search

@@ -12,8 +12,8 @@ import numpy as np
 
 from reference.building import Kind
 from reference.workshop.engine.mirrors import compiled, mirrors
+from reference.workshop.engine.rows import IN_LINE, OVERLOOKED, SEEN
 from reference.workshop.engine.state import NOT_TOLD
-from reference.workshop.engine.tables import IN_LINE, OVERLOOKED, SEEN
 from reference.world import FLOOR_APART, Aim, Fate
 
 FATE_INSIDE = int(Fate.INSIDE)

@@ -1,28 +1,22 @@
 """What never moves, from the book's `Navigation` and `Sight`: no geometry of its own.
 
 What is seen from a place depends on the holes in view [A6]: each (place, holes) that
-somebody stood in has a row, made by the book's `Sight` when it is first asked for.
+somebody stood in has a row, made by `rows` when it is first asked for.
 
     p  place;  L  landmarks;  S  places of a floor;  row  a place and holes in view
 """
 
 from collections.abc import Iterable
-from copy import copy
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference.building import Kind
 from reference.navigation import Navigation, navigation_of
 from reference.rays import Sight
 from reference.workshop.engine.keeping import kept_with
+from reference.workshop.engine.rows import Room, Still, fill_row
 from reference.workshop.engine.ways import Ways, ways_of
-
-IN_LINE = 1  # bits of `square`
-SEEN = 2
-GROUND = 4
-OVERLOOKED = 8
 
 
 def record_kind(**kinds: str) -> np.dtype:
@@ -50,6 +44,7 @@ ROW = record_kind(
 HIT = record_kind(distance="f8", mark="i4", kind="i4", end="i4", of_room="i4")
 OPEN = record_kind(x="f8", y="f8", patch="i4", place="i4")
 LANDING = record_kind(place="i4", mark="i4", beyond="i4")
+NUMBERS = record_kind(half="i8", side="i8", cols="i8", reach="i8", well="f8")
 
 
 class Arrays(NamedTuple):
@@ -77,8 +72,6 @@ class Tables:
         """Build what does not depend on who stands where."""
         nav = navigation_of(sight.building)
         building = sight.building
-        self.sight = copy(sight)  # with caches of its own, which are emptied
-        self._forget()
         self.navigation = nav
         self.half = int(sight.reach) + 1
         self.side = 2 * self.half + 1
@@ -121,6 +114,20 @@ class Tables:
             lists=np.zeros(1024, np.int32),
         )
         self._wells(nav)
+        self._still = _still(sight, self.arrays, self.half, self.side)
+        rays = len(sight.hits)
+        self._most = {"hits": len(marks), "opens": rays, "lists": self.side**2 + 1}
+        nothing = np.zeros(0)
+        self._found = Room(
+            square=nothing,
+            hits=nothing,
+            opens=nothing,
+            looked=nothing,
+            counts=np.zeros(3, np.int64),
+            stops=np.zeros(rays, np.int64),
+            metres=np.zeros(rays),
+            plain=np.zeros(len(marks), bool),
+        )
 
     def _wells(self, nav: Navigation) -> None:
         end = 0
@@ -133,34 +140,33 @@ class Tables:
     # -- Rows -----------------------------------------------------------------------
 
     def add_row(self, p: int, holes: frozenset[int]) -> None:
-        """Add what is seen from a place through these holes, by the book's Sight."""
-        sight = self.sight
-        line = sight.in_line(p, holes)
-        hits = []
-        plain = sight.landmarks(p)
-        stops = sorted(sight._stops(p, holes))
-        for mark, hit in sight.landmarks(p, holes).items():
-            met = [q for q in stops if sight._marks[q] == mark]
-            end = min(met, key=lambda q: sight._metres(p, q))
-            kind = int(Kind[hit.kind.upper()])
-            hits.append((hit.distance, mark, kind, end, mark in plain))
-        opens = [(*way.unit, way.patch, way.place) for way in sight.open(p, holes)]
-
+        """Add what is seen from a place through these holes."""
         number = self._room("rows", 1)
         self._grow("square", number + 1)
-        row = self.arrays.rows[number]
-        row["place"] = p
-        row["holes"], row["holes_end"] = self._append_list(sorted(holes))
-        row["looked"], row["looked_end"] = self._append_list(
-            sorted(sight.looked_at(p, holes))
+        for name in ("hits", "opens", "lists"):
+            self._grow(name, self._ends[name] + self._most[name])
+        arrays = self.arrays
+        first = dict(self._ends)
+        found = self._found._replace(
+            square=arrays.square[number],
+            hits=arrays.hits[first["hits"] :],
+            opens=arrays.opens[first["opens"] :],
+            looked=arrays.lists[first["lists"] :],
         )
-        row["hits"], row["hits_end"] = self._append("hits", hits)
-        row["opens"], row["opens_end"] = self._append("opens", opens)
-        self._mark(number, p, line, IN_LINE)
-        self._mark(number, p, sight.seen(p, holes), SEEN)
-        self._mark(number, p, line & sight.rooms or line, GROUND)
-        if not holes:
-            self._mark(number, p, sight.overlooked(p), OVERLOOKED)
+        fill_row(self._still, found, p, np.array(sorted(holes), np.int32))
+
+        row = arrays.rows[number]
+        row["place"] = p
+        for name, key, count in zip(
+            ("hits", "opens", "lists"),
+            ("hits", "opens", "looked"),
+            found.counts.tolist(),
+            strict=True,
+        ):
+            self._ends[name] += count
+            row[key] = first[name]
+            row[f"{key}_end"] = self._ends[name]
+        row["holes"], row["holes_end"] = self._append_list(sorted(holes))
 
         # the row without holes comes first: others are asked for after it
         cell = self.arrays.cells[p]
@@ -168,33 +174,15 @@ class Tables:
         if cell["row"] < 0:
             cell["row"] = number
         else:
-            first = self.arrays.rows[cell["row"]]
-            row["next"] = first["next"]
-            first["next"] = number
-
-        self._forget()
-
-    def _forget(self) -> None:
-        """Keep nothing of what `sight` has found: rows are smaller."""
-        parts = vars(self.sight)
-        for name, part in list(parts.items()):
-            if hasattr(part, "cache_clear"):
-                del parts[name]
+            first_row = self.arrays.rows[cell["row"]]
+            row["next"] = first_row["next"]
+            first_row["next"] = number
 
     def need(self, places: Iterable[int]) -> None:
         """See to it that these places have a row without holes."""
         for p in places:
             if self.arrays.cells["row"][p] < 0:
                 self.add_row(p, frozenset())
-
-    def _mark(self, number: int, p: int, places: Iterable[int], bit: int) -> None:
-        cols = self.sight.navigation.cols
-        q = np.fromiter(places, np.int64)
-        down = q // cols - p // cols
-        right = q - p - down * cols
-        assert not len(q) or max(abs(down).max(), abs(right).max()) <= self.half
-        k = (down + self.half) * self.side + right + self.half
-        self.arrays.square[number, k] |= bit
 
     def _append_list(self, numbers: list[int]) -> tuple[int, int]:
         return self._append("lists", numbers)
@@ -220,6 +208,33 @@ class Tables:
             longer[: len(array)] = array
             grown: dict[str, Any] = {name: longer}
             self.arrays = self.arrays._replace(**grown)
+
+
+def _still(sight: Sight, arrays: Arrays, half: int, side: int) -> Still:
+    """What all rows are made from."""
+    numbers = np.zeros(1, NUMBERS)
+    numbers[0] = (half, side, sight.navigation.cols, sight.sees.reach, sight._well)
+    rays = [sight._cells_of_ray(k) for k in range(len(sight.hits))]
+    most = max(map(len, rays), default=0)
+    along = np.zeros((len(rays), most, 2), np.int32)
+    for k, cells in enumerate(rays):
+        along[k, : len(cells)] = np.reshape(cells, (-1, 2))
+    useful = np.zeros(len(arrays.marks), bool)
+    useful[list(sight._useful)] = True
+    rooms = np.zeros(len(arrays.cells), bool)
+    rooms[list(sight.rooms)] = True
+    return Still(
+        numbers=numbers,
+        cells=arrays.cells,
+        marks=arrays.marks,
+        useful=useful,
+        clear=sight._clear,
+        rooms=rooms,
+        line=sight.sees.table,
+        hits=sight.hits,
+        ends=sight.ends,
+        along=along,
+    )
 
 
 def _landings(nav: Navigation) -> np.ndarray:

@@ -12,6 +12,7 @@ from math import sqrt
 
 import numpy as np
 
+from reference.workshop.engine.rows import GROUND
 from reference.workshop.engine.mirrors import compiled, mirrors
 from reference.workshop.engine.sees import (
     AIM_LANDMARK,
@@ -27,7 +28,6 @@ from reference.workshop.engine.sees import (
     sighted,
 )
 from reference.workshop.engine.state import NOT_TOLD
-from reference.workshop.engine.tables import GROUND
 from reference.workshop.engine.ways import next_place, reaches
 from reference.world import Aim, Mode
 

@@ -1,167 +1,118 @@
-"""Divide the floors of a new building into rooms, by lot.
+"""Divide a floor of a new building into rooms, by lot.
 
-A floor is cut by corridors, then by walls, the roomiest part first; then some rooms are
-joined until there are as many as wanted: those bend [A2].
+Corridors are cut through the largest boxes, then walls, until there are some more rooms
+than wanted. Then neighbours are joined, as many as are too many: those rooms bend.
 
-box     a rectangle of cells with its walls; boxes side by side share a wall
-block   a box that is the same on all floors, and that no wall cuts
-rooms   (rows, columns) number of each cell's room from 1, or one of the signs below
-axis    0: a wall from west to east cuts a box in two; 1: from north to south
+box      a rectangle of cells with its walls; boxes side by side share a wall
+block    a box that no wall cuts, and that is in no room: stairs, a yard, a lost corner
+rooms    (rows, columns) of each cell the number of its room from 1, or a sign below
+axis     0 from north to south, 1 from west to east
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.random import Generator as Rng
-from scipy import ndimage
 
 WALL = 0
 OUTSIDE = -1
-YARD = -2  # outside as well, but no way out
-STAIRS = (-3, -4)  # stairwells A and B
+YARD = -2  # no way out leads there
+STAIRS = (-3, -4)  # of stairwells A and B
 
-LEAST_ROOM = 3  # [A1, chosen] metres from wall to wall
-CORRIDORS = (2, 3)  # [A1, chosen] metres from wall to wall
+LEAST_ROOM = 3  # [A1, chosen] metres between the walls of a room
+LEAST_WING = 4  # [A1, chosen] metres of what lies on either side of a corridor
+CORRIDOR_METRES = (2, 3)  # [A1, chosen] a corridor is as wide as one of these
+
+Cells = tuple[slice, slice]
+"""Index of a rectangle of cells."""
 
 
 @dataclass(frozen=True)
 class Box:
-    """Rows and columns of its first and of its last corner."""
+    """A rectangle; row and column of its north-west and its south-east corner."""
 
     low: tuple[int, int]
     high: tuple[int, int]
 
-    def metres(self, axis: int) -> int:
-        """Metres between its walls, from north to south or from west to east."""
-        return self.high[axis] - self.low[axis] - 1
+    @property
+    def metres(self) -> tuple[int, int]:
+        """Between its walls, along both axes."""
+        return self.high[0] - self.low[0] - 1, self.high[1] - self.low[1] - 1
 
     @property
     def area(self) -> int:
         """Square metres between its walls."""
-        return self.metres(0) * self.metres(1)
+        rows, columns = self.metres
+        return rows * columns
 
     @property
-    def inside(self) -> tuple[slice, slice]:
-        """Index of the cells between its walls."""
-        rows, columns = zip(self.low, self.high, strict=True)
-        return slice(rows[0] + 1, rows[1]), slice(columns[0] + 1, columns[1])
+    def inside(self) -> Cells:
+        """The cells between its walls."""
+        (top, left), (bottom, right) = self.low, self.high
+        return slice(top + 1, bottom), slice(left + 1, right)
 
     @property
-    def all(self) -> tuple[slice, slice]:
-        """Index of its cells and those of its walls."""
-        rows, columns = zip(self.low, self.high, strict=True)
-        return slice(rows[0], rows[1] + 1), slice(columns[0], columns[1] + 1)
+    def whole(self) -> Cells:
+        """Its cells and those of its walls."""
+        (top, left), (bottom, right) = self.low, self.high
+        return slice(top, bottom + 1), slice(left, right + 1)
 
-    def between(self, axis: int, first: int, last: int) -> "Box":
-        """Take the part between two of its rows, or columns."""
-        low, high = list(self.low), list(self.high)
+    def part(self, axis: int, first: int, last: int) -> "Box":
+        """Cut out the part between two walls across an axis."""
+        low = list(self.low)
+        high = list(self.high)
         low[axis] = first
         high[axis] = last
         return Box((low[0], low[1]), (high[0], high[1]))
 
-    def meets(self, other: "Box") -> bool:
-        """Have the two cells in common, walls not counted?"""
-        return all(
-            self.low[axis] < other.high[axis] and other.low[axis] < self.high[axis]
+    def gap(self, other: "Box") -> int:
+        """Cells from wall to wall of two boxes; less than 0 where they overlap."""
+        gaps = [
+            max(self.low[axis] - other.high[axis], other.low[axis] - self.high[axis])
             for axis in (0, 1)
-        )
+        ]
+        return max(gaps)
 
 
 @dataclass(frozen=True, eq=False)
-class Border:
-    """A straight piece of wall; sides: what lies on both, the smaller number first."""
-
-    sides: tuple[int, int]
-    cells: np.ndarray  # (k, 2) rows and columns, side by side
-
-
-def borders(rooms: np.ndarray) -> list[Border]:
-    """Find the straight pieces of wall between any two rooms, or stairs, or outside."""
-    found = list(_borders_between_rows(rooms))
-    for border in _borders_between_rows(rooms.T):
-        found.append(Border(border.sides, border.cells[:, ::-1]))
-    return found
-
-
-def _borders_between_rows(rooms: np.ndarray) -> Iterator[Border]:
-    """Find those whose sides are north and south."""
-    north = rooms[:-2]
-    south = rooms[2:]
-    parts = (rooms[1:-1] == WALL) & (north != WALL) & (south != WALL) & (north != south)
-    cells = np.argwhere(parts)
-    if not len(cells):
-        return
-    sides = np.sort(np.column_stack([north[parts], south[parts]]), axis=1)
-    steps = np.diff(cells, axis=0)
-    ends = (steps != (0, 1)).any(axis=1) | np.diff(sides, axis=0).any(axis=1)
-    starts = [0, *(np.flatnonzero(ends) + 1).tolist(), len(cells)]
-    for start, stop in zip(starts[:-1], starts[1:], strict=True):
-        low, high = sides[start].tolist()
-        yield Border((low, high), cells[start:stop] + (1, 0))
-
-
-@dataclass
-class Floor:
-    """One floor: its rooms, and which of them are corridors."""
+class Layout:
+    """A floor that is divided; corridors: numbers of the rooms that are one."""
 
     rooms: np.ndarray
-    corridors: set[int] = field(default_factory=set)
+    corridors: frozenset[int]
 
     @property
-    def numbers(self) -> list[int]:
-        """Of its rooms, corridors among them."""
-        found = np.unique(self.rooms)
-        return found[found > 0].tolist()
-
-    def join(self, one: int, other: int) -> None:
-        """Make one room of two: take the walls between them away."""
-        for border in borders(self.rooms):
-            if border.sides == (min(one, other), max(one, other)):
-                self.rooms[*border.cells.T] = one
-        self.rooms[self.rooms == other] = one
-        self.rooms[_pillars(self.rooms, one)] = one
-        if other in self.corridors:
-            self.corridors.discard(other)
-            self.corridors.add(one)
-
-
-def _pillars(rooms: np.ndarray, room: int) -> np.ndarray:
-    """Find single cells of wall in the midst of a room, (rows, columns) bool."""
-    mine = rooms == room
-    around = mine[:-2, 1:-1] & mine[2:, 1:-1] & mine[1:-1, :-2] & mine[1:-1, 2:]
-    return np.pad(around, 1) & (rooms == WALL)
+    def count(self) -> int:
+        """How many rooms there are, corridors counted."""
+        return int(self.rooms.max())
 
 
 def divide(
     rng: Rng,
     shape: tuple[int, int],
     body: Box,
-    blocks: dict[int, Box],
+    blocks: Sequence[Box],
     wanted: int,
     corridors: int,
-) -> Floor:
-    """Divide a floor of the main body into about so many rooms, corridors counted.
+) -> Layout:
+    """Divide the body into so many rooms, or as many as fit, corridors counted.
 
-    shape: rows and columns of the drawing;  blocks: by the sign of what is in them
+    shape: rows and columns of the drawing
     """
-    obstacles = list(blocks.values())
-    boxes, passages = _cut_corridors(rng, body, obstacles, corridors)
-    bends = 1 + wanted // 4
-    _cut_rooms(rng, boxes, obstacles, wanted + bends - len(passages))
+    boxes, lanes = _cut_corridors(rng, body, blocks, corridors)
+    more = 1 + wanted // 4
+    boxes = _cut_rooms(rng, boxes, blocks, wanted + more - len(lanes))
 
-    is_floor = np.zeros(shape, bool)
-    for box in boxes + passages:
-        is_floor[box.inside] = True
-    for block in obstacles:
-        is_floor[block.all] = False
-    rooms: np.ndarray = ndimage.label(is_floor)[0].astype(int)
-    lanes = {int(rooms[box.inside].max()) for box in passages}
-    floor = Floor(rooms, lanes - {WALL})
-
-    _join_corridors(rng, floor)
-    _join_rooms(rng, floor, wanted)
-    return floor
+    rooms = _Rooms(shape, lanes)
+    for box in boxes:
+        rooms.add(_without_blocks(box, blocks))
+    rooms.find_walls()
+    _join_corridors(rng, rooms)
+    while rooms.count > wanted and _join_two(rng, rooms):
+        pass
+    return rooms.layout()
 
 
 # -- Corridors and walls ------------------------------------------------------------
@@ -173,117 +124,248 @@ def _cut_corridors(
     """Cut corridors through the largest boxes; return the boxes, and the corridors."""
     boxes = [body]
     corridors = list[Box]()
+    along = int(body.metres[1] > body.metres[0])  # the first runs the longer way
     for _ in range(count):
-        wide = int(rng.integers(CORRIDORS[0], CORRIDORS[1] + 1))
-        boxes.sort(key=lambda box: box.area)
-        box = boxes[-1]
-        shorter = int(box.metres(1) < box.metres(0))
-        axis = shorter if rng.random() < 0.8 else 1 - shorter
-        places = _places(box, axis, blocks, wide)
-        if not places:
-            continue
-        at = _near_the_middle(rng, box, axis, places)
-        low, high = box.low[axis], box.high[axis]
-        corridors.append(box.between(axis, at, at + wide + 1))
-        boxes.pop()
-        boxes.append(box.between(axis, low, at))
-        boxes.append(box.between(axis, at + wide + 1, high))
+        box = max(boxes, key=lambda box: box.area)
+        wide = int(rng.choice(CORRIDOR_METRES))
+        across = 1 - along
+        places = _places(box, across, blocks, LEAST_WING, thick=wide + 1)
+        if places:
+            at = _near_the_middle(rng, box, across, places)
+            boxes.remove(box)
+            boxes.append(box.part(across, box.low[across], at))
+            boxes.append(box.part(across, at + wide + 1, box.high[across]))
+            corridors.append(box.part(across, at, at + wide + 1))
+        if rng.random() < 0.7:  # the next one meets it, or lies beside it
+            along = 1 - along
     return boxes, corridors
 
 
-def _cut_rooms(rng: Rng, boxes: list[Box], blocks: Sequence[Box], wanted: int) -> None:
-    """Cut boxes in two until there are as many as wanted, or none is large enough."""
-    small = list[Box]()
-    while boxes and len(boxes) + len(small) < wanted:
-        sizes = [box.area * (0.5 + rng.random()) for box in boxes]
-        box = boxes.pop(int(np.argmax(sizes)))
-        longer = int(box.metres(1) > box.metres(0))
-        nearly_square = 3 * min(box.metres(0), box.metres(1)) > 2 * box.metres(longer)
-        if nearly_square and rng.random() < 0.5:
-            longer = 1 - longer
-        for axis in (longer, 1 - longer):
-            places = _places(box, axis, blocks, 0)
-            if places:
-                at = _near_the_middle(rng, box, axis, places)
-                boxes.append(box.between(axis, box.low[axis], at))
-                boxes.append(box.between(axis, at, box.high[axis]))
-                break
-        else:
+def _cut_rooms(
+    rng: Rng, boxes: Sequence[Box], blocks: Sequence[Box], wanted: int
+) -> list[Box]:
+    """Cut boxes in two, the larger ones first, until there are as many as wanted."""
+    large = list(boxes)
+    small = list[Box]()  # that cannot be cut
+    while large and len(large) + len(small) < wanted:
+        ranks = [box.area * (0.5 + rng.random()) for box in large]
+        box = large.pop(int(np.argmax(ranks)))
+        halves = _halves(rng, box, blocks)
+        large += halves
+        if not halves:
             small.append(box)
-    boxes += small
+    return large + small
 
 
-def _places(box: Box, axis: int, blocks: Sequence[Box], wide: int) -> list[int]:
-    """Find where a wall may stand, or the first wall of a corridor so wide.
+def _halves(rng: Rng, box: Box, blocks: Sequence[Box]) -> list[Box]:
+    """Cut a box in two across its longer side, or either if it is nearly square."""
+    longer = int(box.metres[1] > box.metres[0])
+    is_square = 3 * min(box.metres) > 2 * max(box.metres)
+    if is_square and rng.random() < 0.5:
+        longer = 1 - longer
+    for axis in (longer, 1 - longer):
+        places = _places(box, axis, blocks, LEAST_ROOM)
+        if places:
+            at = _near_the_middle(rng, box, axis, places)
+            first = box.part(axis, box.low[axis], at)
+            return [first, box.part(axis, at, box.high[axis])]
+    return []
 
-    What lies on either side is wide enough for a room, beside a block too.
+
+def _places(
+    box: Box, axis: int, blocks: Sequence[Box], least: int, thick: int = 0
+) -> list[int]:
+    """Find where a wall may stand across an axis, with another so far behind it.
+
+    On both sides this many metres are left, or at least a room's beside a block.
     """
-    thick = wide + 1 if wide else 0
-    first = box.low[axis] + LEAST_ROOM + 1
-    last = box.high[axis] - thick - LEAST_ROOM - 1
-    spans = [(b.low[axis], b.high[axis]) for b in blocks if b.meets(box)]
+    spans = [(b.low[axis], b.high[axis]) for b in blocks if b.gap(box) < 0]
     places = []
-    for at in range(first, last + 1):
-        gaps = [max(at - high, low - (at + thick)) for low, high in spans]
+    for at in range(box.low[axis] + least + 1, box.high[axis] - thick - least):
+        gaps = [max(at - high, low - at - thick) for low, high in spans]
         if all(gap == 0 or gap > LEAST_ROOM for gap in gaps):
             places.append(at)
     return places
 
 
 def _near_the_middle(rng: Rng, box: Box, axis: int, places: Sequence[int]) -> int:
-    """Draw a place in the middle half of a box, if there is one."""
-    quarter = box.metres(axis) / 4
-    low, high = box.low[axis] + quarter, box.high[axis] - quarter
-    central = [at for at in places if low <= at <= high] or places
-    return central[int(rng.integers(len(central)))]
+    """Draw a place, in the middle half of the box if there is one."""
+    low = box.low[axis]
+    high = box.high[axis]
+    central = [at for at in places if 3 * low + high <= 4 * at <= low + 3 * high]
+    return int(rng.choice(central or places))
+
+
+def _without_blocks(box: Box, blocks: Sequence[Box]) -> list[Box]:
+    """Cut a box into parts beside the blocks in it."""
+    for block in blocks:
+        if block.gap(box) < 0:
+            (top, left), (bottom, right) = block.low, block.high
+            middle = box.part(0, max(top, box.low[0]), min(bottom, box.high[0]))
+            parts = [
+                box.part(0, box.low[0], top),
+                box.part(0, bottom, box.high[0]),
+                middle.part(1, box.low[1], left),
+                middle.part(1, right, box.high[1]),
+            ]
+            others = [part for part in parts if min(part.metres) > 0]
+            return [each for part in others for each in _without_blocks(part, blocks)]
+    return [box]
 
 
 # -- Rooms that bend ----------------------------------------------------------------
 
 
-def _join_corridors(rng: Rng, floor: Floor) -> None:
-    """Join corridors that meet, mostly; else a door will be between them."""
-    for one, other in sorted(_neighbours(floor)):
-        lanes = floor.corridors
-        if one in lanes and other in lanes and rng.random() < 0.75:
-            floor.join(one, other)
+class _Rooms:
+    """Boxes, and which of them are one room.
 
-
-def _join_rooms(rng: Rng, floor: Floor, wanted: int) -> None:
-    """Join small neighbours until there are as many rooms as wanted.
-
-    Two that make a room that bends come before two that make a longer one.
+    boxes  those of corridors first;  room  of each box, the index of its room's first
+    walls  the cells of wall between two boxes, by their indices
     """
-    while len(floor.numbers) > wanted:
-        sizes = np.bincount(floor.rooms[floor.rooms > 0])
-        costs = {}
-        for one, other in sorted(_neighbours(floor)):
-            together = int(sizes[one] + sizes[other])
-            straight = together + _wall_between(floor, one, other) == _hull(
-                floor.rooms, one, other
-            )
-            lanes = len(floor.corridors & {one, other})
-            costs[one, other] = (
-                together * (1 + rng.random()) * (4 if straight else 1) * 9**lanes
-            )
-        if not costs:
-            return
-        floor.join(*min(costs, key=costs.__getitem__))
+
+    def __init__(self, shape: tuple[int, int], corridors: Sequence[Box]) -> None:
+        self.shape = shape
+        self.lanes = len(corridors)
+        self.boxes = list(corridors)
+        self.room = list(range(self.lanes))
+        self.walls: dict[tuple[int, int], Cells] = {}
+
+    @property
+    def count(self) -> int:
+        """How many rooms there are."""
+        return len({*self.room})
+
+    def add(self, parts: Sequence[Box]) -> None:
+        """Add the parts of a room, or of several if a block keeps them apart."""
+        first = len(self.boxes)
+        for part in parts:
+            index = len(self.boxes)
+            self.boxes.append(part)
+            self.room.append(index)
+            for other in range(first, index):
+                if _wall_between(self.boxes[other], part):
+                    self.join(other, index)
+
+    def find_walls(self) -> None:
+        """Find the walls between boxes, once all are there."""
+        for (one, box), (two, other) in combinations(enumerate(self.boxes), 2):
+            cells = _wall_between(box, other)
+            if cells:
+                self.walls[one, two] = cells
+
+    def join(self, one: int, two: int) -> None:
+        """Make one room of those of two boxes."""
+        low, high = sorted((self.room[one], self.room[two]))
+        self.room = [low if room == high else room for room in self.room]
+
+    def is_corridor(self, room: int) -> bool:
+        """Is one of its boxes a corridor?"""
+        return room < self.lanes
+
+    def layout(self) -> Layout:
+        """Paint the rooms, without walls in them."""
+        number = {room: k for k, room in enumerate(sorted({*self.room}), 1)}
+        rooms = np.full(self.shape, WALL)
+        for box, room in zip(self.boxes, self.room, strict=True):
+            rooms[box.inside] = number[room]
+        for (one, two), cells in self.walls.items():
+            if self.room[one] == self.room[two]:
+                rooms[cells] = number[self.room[one]]
+        _take_pillars_away(rooms)
+        corridors = {k for room, k in number.items() if self.is_corridor(room)}
+        return Layout(rooms, frozenset(corridors))
 
 
-def _neighbours(floor: Floor) -> set[tuple[int, int]]:
-    """Pairs of rooms with a wall between them."""
-    return {border.sides for border in borders(floor.rooms) if border.sides[0] > 0}
+def _wall_between(one: Box, other: Box) -> Cells | None:
+    """The cells of wall that lie between the insides of two boxes, if any."""
+    (top, left), (bottom, right) = one.low, one.high
+    (north, west), (south, east) = other.low, other.high
+    if bottom == north or top == south:
+        row = bottom if bottom == north else top
+        first = max(left, west) + 1
+        last = min(right, east)
+        return (slice(row, row + 1), slice(first, last)) if first < last else None
+    if right == west or left == east:
+        column = right if right == west else left
+        first = max(top, north) + 1
+        last = min(bottom, south)
+        return (slice(first, last), slice(column, column + 1)) if first < last else None
+    return None
 
 
-def _wall_between(floor: Floor, one: int, other: int) -> int:
-    """Count the cells of the wall between two rooms."""
-    found = [b.cells for b in borders(floor.rooms) if b.sides == (one, other)]
-    return sum(map(len, found))
+def _take_pillars_away(rooms: np.ndarray) -> None:
+    """Make floor of single cells of wall in the midst of a room."""
+    inner = rooms[1:-1, 1:-1]
+    north = rooms[:-2, 1:-1]
+    same = (north == rooms[2:, 1:-1]) & (north == rooms[1:-1, :-2])
+    same &= north == rooms[1:-1, 2:]
+    inner[:] = np.where(same & (inner == WALL), north, inner)
 
 
-def _hull(rooms: np.ndarray, one: int, other: int) -> int:
-    """Square metres of the smallest rectangle around two rooms."""
-    cells = np.argwhere((rooms == one) | (rooms == other))
-    rows, columns = np.ptp(cells, axis=0) + 1
-    return int(rows * columns)
+def _join_corridors(rng: Rng, rooms: _Rooms) -> None:
+    """Join most corridors that meet; a door will part the others."""
+    for one, two in rooms.walls:
+        if max(one, two) < rooms.lanes and rng.random() < 0.75:
+            rooms.join(one, two)
+
+
+def _join_two(rng: Rng, rooms: _Rooms) -> bool:
+    """Join two small rooms to one, rather one that bends; False if there are none."""
+    parts: dict[int, list[Box]] = {}
+    for box, room in zip(rooms.boxes, rooms.room, strict=True):
+        parts.setdefault(room, []).append(box)
+    area = {room: sum(box.area for box in boxes) for room, boxes in parts.items()}
+
+    costs: dict[tuple[int, int], float] = {}
+    for (one, two), cells in rooms.walls.items():
+        pair = rooms.room[one], rooms.room[two]
+        sides = [part.stop - part.start for part in cells]
+        along = int(np.argmax(sides))
+        opening = sides[along]
+        if pair[0] == pair[1] or opening < LEAST_ROOM:
+            continue
+        cost = (area[pair[0]] + area[pair[1]]) * (1 + rng.random())
+        if opening == rooms.boxes[one].metres[along] == rooms.boxes[two].metres[along]:
+            cost *= 4  # one room as wide as both: it would not bend
+        if rooms.is_corridor(pair[0]) or rooms.is_corridor(pair[1]):
+            cost *= 9
+        costs[one, two] = cost
+    if costs:
+        rooms.join(*min(costs, key=costs.__getitem__))
+    return bool(costs)
+
+
+# -- Walls between rooms ------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Border:
+    """A straight piece of wall; sides: what lies on both, the smaller number first."""
+
+    sides: tuple[int, int]
+    cells: np.ndarray  # (k, 2) rows and columns, in a line
+
+
+def borders(rooms: np.ndarray) -> Iterator[Border]:
+    """Find the pieces of wall between any two rooms, or rooms and what is none."""
+    yield from _borders_of_rows(rooms)
+    for border in _borders_of_rows(rooms.T):
+        yield Border(border.sides, border.cells[:, ::-1])
+
+
+def _borders_of_rows(rooms: np.ndarray) -> Iterator[Border]:
+    """Find the pieces from west to east."""
+    north = rooms[:-2]
+    south = rooms[2:]
+    parts = (rooms[1:-1] == WALL) & (north != WALL) & (south != WALL) & (north != south)
+    cells = np.argwhere(parts)
+    cells[:, 0] += 1  # of the wall, not of what is north of it
+    sides = np.sort(np.column_stack([north[parts], south[parts]]), axis=1)
+
+    follows = (np.diff(cells, axis=0) == (0, 1)).all(axis=1)
+    follows &= (np.diff(sides, axis=0) == 0).all(axis=1)
+    ends = [0, *(np.flatnonzero(~follows) + 1).tolist(), len(cells)]
+    for start, stop in pairwise(ends):
+        if start < stop:
+            low, high = sides[start].tolist()
+            yield Border((low, high), cells[start:stop])

@@ -1,14 +1,20 @@
 """Draw new buildings by lot, any number of them: the same for the same seed.
 
-The floors are divided by `dividing`; here they get stairwells through all of them
-[A3], doors that join all rooms of a floor [A2], exits [A4], names, and a text.
+A building gets an outline, stairwells through all floors, beside the main body as in
+the paper or in it [A3], rooms by `dividing`, fewer above [A2], doors that join all
+rooms of a floor, exits [A4], and names.
+
+side     of the main body: 0 north, 1 west, 2 south, 3 east
+walls    pieces of wall by what lies on both sides, as in `dividing.Border`
+signs    (rows, columns) characters of a floor's drawing
 """
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from math import sqrt
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import networkx as nx
 import numpy as np
@@ -18,27 +24,35 @@ from reference.building import Building, building_of
 from reference.floorplan import STAIRWELLS
 from reference.paper import InputError
 from reference.workshop.maps.dividing import (
+    LEAST_ROOM,
     OUTSIDE,
     STAIRS,
     WALL,
+    YARD,
     Border,
     Box,
-    Floor,
+    Layout,
     borders,
     divide,
 )
 from reference.workshop.maps.syntax import MOST_FLOORS
 
-LEAST_SIDE = 6  # [A1, chosen] cells of a main body: a room of 4 m
-MOST_SIDE = 180  # [A1, chosen] with stairwells beside it, it still is a drawing
+LEAST_SIDE = 6  # [A1, chosen] cells of a main body's side: one room of 4 m
+MOST_SIDE = 180  # [A1, chosen] with stairwells beside it, a drawing holds it
 MOST_GROUND = 100_000  # [A1, chosen] cells of all floors: 0.7 GB to simulate
 
-DEPTH = 4  # rows from a wall to the other wall of a stairwell
-LENGTH = 5  # and columns
+SHAFT = (4, 5)  # rows and columns of a stairwell from wall to wall, as in the paper
+LEAST_INSIDE = 16  # cells of the sides of a main body that may have stairs in it
+LEAST_WINGS = 24  # cells of the sides of a main body that may have a yard or wings
 
 NAMES: dict[str, Any] = tomllib.loads(
     Path(__file__).with_name("names.toml").read_text("utf-8")
 )
+KINDS = [kind for kind in NAMES if kind.istitle()]
+
+Walls: TypeAlias = Mapping[tuple[int, int], Sequence[Border]]
+Blocks: TypeAlias = list[tuple[int, Box]]
+"""Boxes that are in no room, each with the sign of what is in it."""
 
 
 def generated(
@@ -57,161 +71,202 @@ def generated_text(
     """
     _refuse(seed, width, height, floors)
     rng = np.random.default_rng((seed, width, height, floors))
-    margin = DEPTH + 1
-    body = Box((margin, margin), (margin + height - 1, margin + width - 1))
-    shape = (height + 2 * margin, width + 2 * margin)
+    kind = str(rng.choice(KINDS))
 
-    sides = _sides_with_stairs(rng, floors)
-    inside = min(width, height) >= 16 and rng.random() < 0.4
-    blocks = _blocks_inside(rng, body, sides) if inside else {}
-    storeys = _divided(rng, shape, body, blocks, floors)
-    if not inside:
-        blocks = _blocks_beside(rng, body, sides, storeys)
+    # a main body, with place around it for stairs
+    around = SHAFT[0] + 1
+    body = Box((around, around), (around + height - 1, around + width - 1))
+    shape = height + 2 * around, width + 2 * around
+    blocks = _outline(rng, body)
+    sides = _sides_of_stairs(rng, floors)
+    beside = _put_stairs_inside(rng, body, blocks, sides)
 
-    signs = []
-    for number, floor in enumerate(storeys):
-        rooms = _around(floor.rooms, body, blocks)
-        signs.append(_drawn(rng, rooms, floor.corridors, is_ground=number == 0))
-    return _written(rng, (seed, width, height, floors), storeys, signs)
+    layouts = _divided(rng, shape, body, blocks, floors)
+    _put_stairs_beside(rng, body, blocks, beside, layouts)
+
+    storeys = []
+    for number, layout in enumerate(layouts):
+        rooms = _with_blocks(layout.rooms, body, blocks)
+        storeys.append(_drawn(rng, kind, rooms, layout.corridors, number))
+
+    head = [
+        "; Drawn by lot. The same command draws it again:",
+        f"; python -m reference floors --new --seed {seed} --size {width}x{height} "
+        f"--floors {floors}",
+        "",
+        f"building: {kind} {seed}",
+    ]
+    return _written(head, NAMES[kind]["floors"], storeys)
 
 
 def _refuse(seed: int, width: int, height: int, floors: int) -> None:
-    """Raise InputError for a size that no building has, or a seed below 0."""
-    if not (LEAST_SIDE <= min(width, height) and max(width, height) <= MOST_SIDE):
+    """Raise InputError for a size that no new building has, or a seed below 0."""
+    size = f"{width}x{height}"
+    if min(width, height) < LEAST_SIDE or max(width, height) > MOST_SIDE:
         raise InputError(
-            f"a new building cannot have {width}x{height} cells. Take {LEAST_SIDE} to "
-            f"{MOST_SIDE} in each direction, such as 40x40."
+            f"no new building is {size} cells large. Take {LEAST_SIDE} to {MOST_SIDE} "
+            "each way, such as 40x40."
         )
     if not 1 <= floors <= MOST_FLOORS:
         raise InputError(
-            f"a new building cannot have {floors} floors. Take 1 to {MOST_FLOORS}."
+            f"no new building has {floors} floors. Take 1 to {MOST_FLOORS}."
         )
     if width * height * floors > MOST_GROUND:
         raise InputError(
-            f"a new building cannot have {width}x{height} cells on {floors} floors. "
-            f"Take at most {MOST_GROUND:,} cells in all."
+            f"no new building has {floors} floors of {size} cells. Take at most "
+            f"{MOST_GROUND:,} cells in all."
         )
     if seed < 0:
         raise InputError(f"{seed} is no seed of a new building. Take 0 or more.")
 
 
 def _divided(
-    rng: Rng, shape: tuple[int, int], body: Box, blocks: dict[int, Box], floors: int
-) -> list[Floor]:
+    rng: Rng, shape: tuple[int, int], body: Box, blocks: Blocks, floors: int
+) -> list[Layout]:
     """Divide all floors, each into fewer rooms than the one below [A2]."""
-    free = body.area - sum(block.area for block in blocks.values())
-    wanted = max(2, round(sqrt(free) * (0.34 + 0.2 * rng.random())))
-    corridors = int(rng.integers(0, 1 + round(sqrt(free) / 10)))
-    corridors = max(corridors, int(free > 200))
-    storeys = list[Floor]()
+    boxes = [box for _, box in blocks]
+    side = sqrt(body.area - sum(box.area for box in boxes))  # of a square as large
+    wanted = max(round(side * (0.32 + 0.2 * rng.random())), 2)
+    corridors = int(rng.integers(int(side > 14), 2 + int(side) // 20))
+
+    layouts = list[Layout]()
     for _ in range(floors):
-        floor = divide(rng, shape, body, blocks, wanted, corridors)
-        storeys.append(floor)
-        count = len(floor.numbers)
-        fewer = max(round(count * (0.6 + 0.25 * rng.random())), 3)
-        wanted = min(fewer, count)
-        corridors = int(rng.integers(int(free > 400), max(corridors, 1) + 1))
-    return storeys
+        layout = divide(rng, shape, body, boxes, wanted, corridors)
+        layouts.append(layout)
+        fewer = round(layout.count * (0.55 + 0.3 * rng.random()))
+        wanted = min(max(fewer, 3), layout.count)
+        corridors = int(rng.integers(int(side > 20), max(corridors, 1) + 1))
+    return layouts
 
 
-# -- Stairwells ---------------------------------------------------------------------
+# -- Outline and stairwells ---------------------------------------------------------
 
 
-def _sides_with_stairs(rng: Rng, floors: int) -> list[int]:
-    """Draw the sides with stairwells: 0 north, 1 east, 2 south, 3 west."""
+def _outline(rng: Rng, body: Box) -> Blocks:
+    """Take nothing away from the main body, or a corner, or a yard in its middle."""
+    if min(body.metres) + 2 < LEAST_WINGS:
+        return []
+    form = rng.random()
+    sizes = [int(metres * (0.25 + 0.2 * rng.random())) for metres in body.metres]
+    if form < 0.2:
+        # with the outer walls of the corner: beyond them nothing is left
+        starts = [
+            low - 1 if rng.random() < 0.5 else high + 1 - size
+            for low, high, size in zip(body.low, body.high, sizes, strict=True)
+        ]
+        return [(OUTSIDE, _box_at(starts, sizes))]
+    if form < 0.35:
+        starts = [
+            low + int((high - low - size) * (0.4 + 0.2 * rng.random()))
+            for low, high, size in zip(body.low, body.high, sizes, strict=True)
+        ]
+        return [(YARD, _box_at(starts, sizes))]
+    return []
+
+
+def _box_at(start: Sequence[int], size: Sequence[int]) -> Box:
+    """Make a box from its first corner, and its size from wall to wall."""
+    return Box((start[0], start[1]), (start[0] + size[0], start[1] + size[1]))
+
+
+def _sides_of_stairs(rng: Rng, floors: int) -> list[int]:
+    """Draw the sides that have a stairwell, opposite ones more often."""
     if floors == 1:
         return []
     first = int(rng.integers(4))
     if rng.random() < 0.3:
         return [first]
-    other = 2 if rng.random() < 0.6 else int(rng.integers(1, 4))
-    return [first, (first + other) % 4]
+    turn = 2 if rng.random() < 0.6 else int(rng.choice((1, 3)))
+    return [first, (first + turn) % 4]
 
 
-def _block_at(body: Box, side: int, at: int, is_inside: bool) -> Box:
-    """Place a stairwell at a side of the body; at: its first row or column."""
-    axis = side % 2
-    first_side = side in (0, 3)
-    axis = 0 if side in (0, 2) else 1  # the axis that the side is at right angles to
-    edge = body.low[axis] if first_side else body.high[axis]
-    grows = first_side == is_inside
-    span = (edge, edge + DEPTH) if grows else (edge - DEPTH, edge)
-    along = (at, at + LENGTH)
-    (top, bottom), (left, right) = (span, along) if axis == 0 else (along, span)
-    return Box((top, left), (bottom, right))
-
-
-def _starts(body: Box, side: int) -> list[int]:
-    """Rows or columns where a stairwell may begin at a side."""
-    axis = 1 if side in (0, 2) else 0
-    return list(range(body.low[axis], body.high[axis] - LENGTH + 1))
-
-
-def _blocks_inside(rng: Rng, body: Box, sides: Sequence[int]) -> dict[int, Box]:
-    """Place stairwells inside the body, at its outer walls."""
-    blocks: dict[int, Box] = {}
+def _put_stairs_inside(
+    rng: Rng, body: Box, blocks: Blocks, sides: Sequence[int]
+) -> list[tuple[int, int]]:
+    """Add stairwells in the main body to the blocks; return the others, with sides."""
+    beside = []
     for sign, side in zip(STAIRS, sides, strict=False):
         starts = _starts(body, side)
         low, high = starts[0], starts[-1]
-        free = [at for at in starts if at in (low, high) or low + 3 < at < high - 3]
-        at = free[int(rng.integers(len(free)))]
-        block = _block_at(body, side, at, is_inside=True)
-        if not any(_close(block, other) for other in blocks.values()):
-            blocks[sign] = block
-    return blocks
+        shafts = [
+            _shaft_at(body, side, at, is_inside=True)
+            for at in starts
+            if at in (low, high) or low + LEAST_ROOM < at < high - LEAST_ROOM
+        ]
+        least = LEAST_ROOM + 1  # a room fits between
+        free = [s for s in shafts if all(s.gap(box) >= least for _, box in blocks)]
+        is_large = min(body.metres) + 2 >= LEAST_INSIDE
+        if free and is_large and rng.random() < 0.4:
+            blocks.append((sign, free[int(rng.integers(len(free)))]))
+        else:
+            beside.append((sign, side))
+    return beside
 
 
-def _close(one: Box, other: Box) -> bool:
-    """Do two blocks leave too little between them for a room?"""
-    gaps = [
-        max(one.low[axis] - other.high[axis], other.low[axis] - one.high[axis])
-        for axis in (0, 1)
-    ]
-    return max(gaps) < 5
+def _put_stairs_beside(
+    rng: Rng,
+    body: Box,
+    blocks: Blocks,
+    wanted: Sequence[tuple[int, int]],
+    layouts: Sequence[Layout],
+) -> None:
+    """Add stairwells beside the main body to the blocks, behind corridors if it can."""
+    for sign, side in wanted:
+        shafts = list[Box]()
+        ranks = list[float]()
+        for at in _starts(body, side):
+            behind = _shaft_at(body, side, at, is_inside=True)
+            if all(behind.gap(box) >= 0 for _, box in blocks):
+                shafts.append(_shaft_at(body, side, at, is_inside=False))
+                near = [{*layout.rooms[behind.inside].flat} for layout in layouts]
+                lanes = [
+                    bool(layout.corridors & rooms)
+                    for layout, rooms in zip(layouts, near, strict=True)
+                ]
+                ranks.append(sum(lanes) + 1.5 * rng.random())
+        blocks.append((sign, shafts[int(np.argmax(ranks))]))
 
 
-def _blocks_beside(
-    rng: Rng, body: Box, sides: Sequence[int], storeys: Sequence[Floor]
-) -> dict[int, Box]:
-    """Place stairwells beside the body, where corridors end if there are any."""
-    blocks: dict[int, Box] = {}
-    for sign, side in zip(STAIRS, sides, strict=False):
-        starts = _starts(body, side)
-        scores = []
-        for at in starts:
-            behind = _block_at(body, side, at, is_inside=True)
-            score = 1.5 * rng.random()
-            for floor in storeys:
-                near = np.unique(floor.rooms[behind.inside]).tolist()
-                score += bool(floor.corridors & {*near})
-            scores.append(score)
-        at = starts[int(np.argmax(scores))]
-        blocks[sign] = _block_at(body, side, at, is_inside=False)
-    return blocks
+def _starts(body: Box, side: int) -> range:
+    """Rows or columns of a side where a stairwell may begin."""
+    along = 1 - side % 2
+    return range(body.low[along], body.high[along] - SHAFT[1] + 1)
 
 
-def _around(rooms: np.ndarray, body: Box, blocks: dict[int, Box]) -> np.ndarray:
-    """Put stairwells and the outside around the rooms of a floor."""
-    around = np.full(rooms.shape, OUTSIDE)
-    around[body.all] = rooms[body.all]
-    for sign, block in blocks.items():
-        around[block.all] = np.where(
-            around[block.all] == OUTSIDE, WALL, around[block.all]
-        )
-        around[block.inside] = sign
-    return around
+def _shaft_at(body: Box, side: int, at: int, is_inside: bool) -> Box:
+    """Place a stairwell at a side of the main body, with a wall in common."""
+    across = side % 2
+    is_first = side < 2
+    edge = body.low[across] if is_first else body.high[across]
+    if is_first != is_inside:
+        edge -= SHAFT[0]
+    if across == 0:
+        return _box_at((edge, at), SHAFT)
+    return _box_at((at, edge), SHAFT[::-1])
+
+
+def _with_blocks(rooms: np.ndarray, body: Box, blocks: Blocks) -> np.ndarray:
+    """Put stairwells, yards and the outside around the rooms of a floor."""
+    whole = np.full(rooms.shape, OUTSIDE)
+    whole[body.whole] = rooms[body.whole]
+    for sign, box in blocks:
+        if sign in STAIRS:
+            within = whole[box.whole]
+            whole[box.whole] = np.where(within == OUTSIDE, WALL, within)
+        whole[box.inside] = sign
+    return whole
 
 
 # -- Doors, entrances, exits --------------------------------------------------------
 
 
 def _drawn(
-    rng: Rng, rooms: np.ndarray, corridors: set[int], is_ground: bool
+    rng: Rng, kind: str, rooms: np.ndarray, corridors: frozenset[int], number: int
 ) -> np.ndarray:
-    """Draw a floor: (rows, columns) characters."""
+    """Draw the signs of a floor; number: 0 for the ground floor, which has exits."""
     signs = np.full(rooms.shape, ".")
     signs[rooms == WALL] = "#"
-    signs[rooms == OUTSIDE] = " "
+    signs[(rooms == OUTSIDE) | (rooms == YARD)] = " "
     for letter, sign in zip(STAIRWELLS, STAIRS, strict=False):
         signs[rooms == sign] = letter
 
@@ -220,155 +275,161 @@ def _drawn(
         walls.setdefault(border.sides, []).append(border)
     _cut_doors(rng, signs, walls, corridors)
     _cut_entrances(rng, signs, walls, corridors)
-    if is_ground:
-        _cut_exits(rng, signs, walls)
+    entered = set[int]() if number else _cut_exits(rng, signs, walls)
+    _write_names(rng, signs, rooms, corridors, entered, NAMES[kind]["rooms"])
     return signs
 
 
 def _cut_doors(
-    rng: Rng,
-    signs: np.ndarray,
-    walls: dict[tuple[int, int], list[Border]],
-    corridors: set[int],
+    rng: Rng, signs: np.ndarray, walls: Walls, corridors: frozenset[int]
 ) -> None:
-    """Join all rooms by doors, at corridors where there are any; make some rings."""
+    """Join all rooms by as few doors as can be, to corridors first; then some more."""
+    pairs = sorted(sides for sides in walls if min(sides) > WALL)
+    lanes = {pair: len(corridors & {*pair}) for pair in pairs}
     graph = nx.Graph()
-    pairs = sorted(sides for sides in walls if sides[0] > 0)
     for pair in pairs:
-        lanes = len(corridors & {*pair})
-        graph.add_edge(*pair, weight=rng.random() + (3, 1, 0)[lanes])
-    needed = {(min(e), max(e)) for e in nx.minimum_spanning_edges(graph, data=False)}
+        graph.add_edge(*pair, weight=(3, 1, 0)[lanes[pair]] + rng.random())
+    tree = {
+        (min(ends), max(ends)) for ends in nx.minimum_spanning_edges(graph, data=False)
+    }
 
+    chances = (0.2, 0.3, 0.9) if corridors else (0.4,)
     for pair in pairs:
-        lanes = len(corridors & {*pair})
-        if pair in needed or rng.random() < (0.2, 0.25, 0.8)[lanes]:
-            is_wide = rng.random() < (0.25, 0.25, 0.9)[lanes]
-            _open(rng, signs, _piece(rng, walls[pair]), "+", 2 if is_wide else 1)
+        if pair in tree or rng.random() < chances[lanes[pair]]:
+            is_wide = rng.random() < (0.25, 0.25, 0.9)[lanes[pair]]
+            _open(rng, signs, walls[pair], "+", 2 if is_wide else 1)
 
 
 def _cut_entrances(
-    rng: Rng,
-    signs: np.ndarray,
-    walls: dict[tuple[int, int], list[Border]],
-    corridors: set[int],
+    rng: Rng, signs: np.ndarray, walls: Walls, corridors: frozenset[int]
 ) -> None:
-    """Give each stairwell an entrance, from a corridor if one is beside it [A3]."""
+    """Let each stairwell be entered, from a corridor if one is beside it [A3]."""
     for sign in STAIRS:
-        rooms = [b for a, b in sorted(walls) if a == sign and b > 0]
+        rooms = sorted(room for well, room in walls if well == sign and room > WALL)
         if rooms:
             ranks = [(room in corridors) + rng.random() for room in rooms]
-            room = rooms[int(np.argmax(ranks))]
-            _open(rng, signs, _piece(rng, walls[sign, room]), "+", 2)
+            _open(rng, signs, walls[sign, rooms[int(np.argmax(ranks))]], "+", 2)
 
 
-def _cut_exits(
-    rng: Rng, signs: np.ndarray, walls: dict[tuple[int, int], list[Border]]
-) -> None:
-    """Cut one to four exits into the outer wall, far from each other [A4]."""
-    pieces = [p for (a, _), found in walls.items() if a == OUTSIDE for p in found]
-    cells = np.concatenate([piece.cells for piece in pieces])
-    of_piece = np.repeat(np.arange(len(pieces)), [len(p.cells) for p in pieces])
-    count = int(np.searchsorted((0.15, 0.55, 0.85), rng.random())) + 1
-    count = min(count, 1 + len(cells) // 16)
-    wide = 1 + int(rng.random() < 0.8) + int(len(cells) > 100 and rng.random() < 0.4)
-    taken = list[np.ndarray]()
-    used = set[int]()
+def _cut_exits(rng: Rng, signs: np.ndarray, walls: Walls) -> set[int]:
+    """Cut one to four exits, far from each other [A4]; return the rooms behind."""
+    pieces = [
+        (room, piece)
+        for (out, room), found in sorted(walls.items())
+        if out == OUTSIDE and room > WALL
+        for piece in found
+    ]
+    perimeter = sum(len(piece.cells) for _, piece in pieces)
+    most = min(4, 1 + perimeter // 20)
+    count = min(int(rng.choice(4, p=(0.15, 0.4, 0.3, 0.15))) + 1, most)
+    wide = int(rng.integers(1, 3 + (perimeter > 100)))
+
+    rooms = set[int]()
+    middles = list[np.ndarray]()
     for _ in range(count):
-        drawn = rng.integers(len(cells), size=8)
-        drawn = np.array([i for i in drawn.tolist() if int(of_piece[i]) not in used])
-        if not len(drawn):
-            continue
-        gaps = [min((abs(cells[i] - t).sum() for t in taken), default=0) for i in drawn]
-        chosen = int(drawn[int(np.argmax(gaps))])
-        piece = pieces[int(of_piece[chosen])]
-        used.add(int(of_piece[chosen]))
-        _open(rng, signs, piece, "E", wide)
-        taken.append(cells[chosen])
+        lengths = [len(piece.cells) for _, piece in pieces]
+        chances = np.array(lengths) / sum(lengths)
+        drawn = rng.choice(len(pieces), 3, p=chances).tolist()
+        far = [_metres_to(middles, pieces[k][1]) for k in drawn]
+        room, piece = pieces.pop(drawn[int(np.argmax(far))])
+        _open(rng, signs, [piece], "E", wide)
+        middles.append(piece.cells.mean(axis=0))
+        rooms.add(room)
+        if not pieces:
+            break
+    return rooms
 
 
-def _piece(rng: Rng, found: Sequence[Border]) -> Border:
-    """Draw a piece of the wall between two rooms, a longer one more likely."""
-    lengths = [len(piece.cells) * rng.random() for piece in found]
-    return found[int(np.argmax(lengths))]
+def _metres_to(places: Sequence[np.ndarray], piece: Border) -> float:
+    """Metres from the middle of a piece to the nearest place, along both axes."""
+    middle = piece.cells.mean(axis=0)
+    return min((float(abs(middle - place).sum()) for place in places), default=0.0)
 
 
-def _open(rng: Rng, signs: np.ndarray, piece: Border, sign: str, wide: int) -> None:
-    """Cut an opening into a piece of wall, beside no corner if it is long enough."""
-    length = len(piece.cells)
-    wide = min(wide, length)
-    corner = int(length >= wide + 2)
-    start = int(rng.integers(corner, length - wide - corner + 1))
-    signs[*piece.cells[start : start + wide].T] = sign
+def _open(
+    rng: Rng, signs: np.ndarray, pieces: Sequence[Border], sign: str, wide: int
+) -> None:
+    """Cut an opening into one of these pieces of wall, in no corner if it can be."""
+    ranks = [min(len(piece.cells), wide + 1) + rng.random() for piece in pieces]
+    cells = pieces[int(np.argmax(ranks))].cells
+    wide = min(wide, len(cells))
+    corner = int(len(cells) >= wide + 2)
+    first = int(rng.integers(corner, len(cells) - wide - corner + 1))
+    signs[*cells[first : first + wide].T] = sign
 
 
 # -- Names and text -----------------------------------------------------------------
 
 
-def _written(
+def _write_names(
     rng: Rng,
-    asked: tuple[int, int, int, int],
-    storeys: Sequence[Floor],
-    signs: Sequence[np.ndarray],
-) -> str:
-    """Write the floor file, with names of rooms."""
-    seed, width, height, floors = asked
-    kinds = sorted(kind for kind in NAMES if kind[0].isupper())
-    kind = kinds[int(rng.integers(len(kinds)))]
-    for number, floor in enumerate(storeys):
-        _name_rooms(rng, floor, signs[number], NAMES[kind]["rooms"])
+    signs: np.ndarray,
+    rooms: np.ndarray,
+    corridors: frozenset[int],
+    entered: set[int],
+    words: Sequence[str],
+) -> None:
+    """Write a name on the floor of each room, large rooms first."""
+    sizes = np.bincount(rooms[rooms > WALL])
+    used = set[str]()
+    for room in np.argsort(-sizes, kind="stable").tolist():
+        if not sizes[room]:
+            continue
+        pool = [*words, *NAMES["spare"]]
+        if room in corridors:
+            pool = NAMES["corridors"]
+        elif room in entered:
+            pool = NAMES["entrances"] + pool
+        row, column, length = _line_for_a_name(rooms == room)
+        name = _name_of(rng, pool, used, length)
+        used.add(name)
+        start = column + (length - len(name)) // 2
+        signs[row, start : start + len(name)] = [*name]
 
-    drawn = np.argwhere((np.array(signs) != " ").any(axis=0))
+
+def _name_of(rng: Rng, words: Sequence[str], used: set[str], length: int) -> str:
+    """Draw one of the first free words, with place around it if it can be.
+
+    Where no word fits or all are taken, one has a number; "" if that is too long too.
+    """
+    for around in (2, 0):
+        fit = [word for word in words if len(word) + around <= length]
+        free = [word for word in fit if word not in used]
+        if free:
+            return free[int(rng.integers(min(len(free), 4)))]
+    numbered = (f"{word}{k}" for k in range(2, 100) for word in fit)
+    return next((n for n in numbered if n not in used and len(n) <= length), "")
+
+
+def _line_for_a_name(mask: np.ndarray) -> tuple[int, int, int]:
+    """Find cells of a room in a row, many and near its middle: row, column, count."""
+    cells = np.argwhere(mask)
+    middle = float(cells[:, 0].mean())
+    gaps = (np.diff(cells, axis=0) != (0, 1)).any(axis=1)
+    ends = [0, *(np.flatnonzero(gaps) + 1).tolist(), len(cells)]
+    lines = [(*cells[start].tolist(), stop - start) for start, stop in pairwise(ends)]
+    return max(lines, key=lambda line: min(line[2], 12) - abs(line[0] - middle))
+
+
+def _written(
+    head: Sequence[str], names: Sequence[str], storeys: Sequence[np.ndarray]
+) -> str:
+    """Write the floor file, without what is empty around all floors."""
+    drawn = np.argwhere((np.array(storeys) != " ").any(axis=0))
     top, left = drawn.min(axis=0).tolist()
     bottom, right = (drawn.max(axis=0) + 1).tolist()
-    lines = [
-        f"; python -m reference floors --new --seed {seed} --size {width}x{height} "
-        f"--floors {floors}",
-        "",
-        f"building: {kind} {seed}",
-        f"size:     {right - left} x {bottom - top}",
-    ]
-    for number, canvas in enumerate(signs):
-        names = NAMES[kind]["floors"]
-        lines += ["", f"floor {number + 1}: {names[min(number, len(names) - 1)]}"]
-        lines += ["".join(row).rstrip() for row in canvas[top:bottom, left:right]]
-    return "".join(f"{line}\n" for line in lines)
+    width = right - left
+    lines = [*head, f"size:     {width} x {bottom - top}"]
+    for number, signs in enumerate(storeys, 1):
+        lines += ["", f"floor {number}: {names[(number - 1) % len(names)]}"]
+        lines += _ruler(width)
+        lines += ["".join(row) for row in signs[top:bottom, left:right].tolist()]
+    return "".join(f"{line.rstrip()}\n" for line in lines)
 
 
-def _name_rooms(
-    rng: Rng, floor: Floor, signs: np.ndarray, words: Sequence[str]
-) -> None:
-    """Write names on the floor of rooms, the first words on the largest."""
-    sizes = np.bincount(floor.rooms[floor.rooms > 0])
-    used = set[str]()
-    for room in sorted(floor.numbers, key=lambda number: -sizes[number]):
-        pool = NAMES["corridors"] if room in floor.corridors else words
-        row, column, length = _longest_line(floor.rooms == room)
-        fitting = [w for w in [*pool, *NAMES["spare"]] if len(w) <= length - 2]
-        fitting = fitting or [w for w in NAMES["spare"] if len(w) <= length]
-        free = [word for word in fitting if word not in used]
-        if free:
-            word = free[int(rng.integers(min(len(free), 4)))]
-        else:
-            word = f"r{len(used)}"
-        if len(word) > length:  # no room for a word: it is called by its number
-            continue
-        used.add(word)
-        start = column + (length - len(word)) // 2
-        signs[row, start : start + len(word)] = [*word]
-
-
-def _longest_line(mask: np.ndarray) -> tuple[int, int, int]:
-    """Find where a word fits best: row, first column, and cells of the line."""
-    cells = np.argwhere(mask)
-    middle = cells.mean(axis=0)
-    breaks = (np.diff(cells, axis=0) != (0, 1)).any(axis=1)
-    starts = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(cells)]
-    best = (0.0, 0, 0, 0)
-    for start, stop in zip(starts[:-1], starts[1:], strict=True):
-        row, column = cells[start].tolist()
-        length = stop - start
-        off = abs(row - float(middle[0]))
-        score = min(length, 12) - off
-        if not best[3] or score > best[0]:
-            best = (score, row, column, length)
-    return best[1:]
+def _ruler(width: int) -> list[str]:
+    """Two notes that count columns."""
+    columns = range(2, width + 1)
+    tens = [str(column // 10 % 10) if column % 10 == 0 else " " for column in columns]
+    ones = [str(column % 10) for column in columns]
+    return [";" + "".join(tens), ";" + "".join(ones)]

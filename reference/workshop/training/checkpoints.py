@@ -31,6 +31,7 @@ from reference.workshop.maps import parse_map
 from reference.workshop.storage.files import refuse_no_file, write_whole
 from reference.workshop.storage.records import check_type, checked_mapping, record_from
 from reference.workshop.strategies import LEARNED, SHIPPED
+from reference.workshop.training.families import Family
 from reference.workshop.training.presets import Settings
 
 FILE_PATTERN = "checkpoint-[0-9]*.pt"
@@ -57,10 +58,11 @@ def must_fit(path: object, what: str) -> Iterator[None]:
 class Task:
     """What defines a training [E6]; it stays the same until the training is over.
 
-    building  as it was asked for;  plan  the text of its floor file
+    building  as it was asked for;  plan  the text of its floor file; "" for a family
     fixed     who play a side that does not learn, in turn: named strategies or networks
     initial   networks with which a side begins to learn, if not with random ones
     imitate   the strategy that robots copy first, if any
+    family    the buildings, if there are several
     """
 
     building: str
@@ -70,6 +72,14 @@ class Task:
     fixed: Mapping[Side, tuple[LearnedNetwork | str, ...]] = field(default_factory=dict)
     initial: Mapping[Side, LearnedNetwork] = field(default_factory=dict)
     imitate: str | None = None
+    family: Family | None = None
+
+    @property
+    def plans(self) -> tuple[str, ...]:
+        """The texts of the maps, or of one that was generated, as an example."""
+        if self.family is None:
+            return (self.plan,)
+        return self.family.plans or (self.family.example(),)
 
 
 @dataclass(frozen=True)
@@ -214,7 +224,8 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     rows.setdefault("numbers", {})
     rows["task"] = replace(record_from(Task, task, "task"), **sides)
     checkpoint = record_from(Checkpoint, rows, "checkpoint")
-    parse_map(checkpoint.task.plan, "its plan")
+    for plan in checkpoint.task.plans:
+        parse_map(plan, "its plan")
     _refuse_numbers(checkpoint)
     return checkpoint
 

@@ -10,12 +10,13 @@ from torch import Tensor
 
 from reference.learning.experience import Decisions
 from reference.learning.ppo import Learner, Summary, normalised, policy_loss
+from reference.workshop.training.batches import pieces_of
 from reference.workshop.training.summaries import EXPLAINED, SIGNAL
 
 
 def measure_signal(learner: Learner) -> Summary:
     """Measure what waits in the buffer; what cannot be measured is left out."""
-    buffer = Decisions.joined(learner.buffer)
+    buffer = learner.buffers.joined(learner.buffer)
     live = buffer.alive
     values, returns = buffer.values[live], buffer.returns[live]
     measured = {
@@ -61,6 +62,7 @@ def _signal_to_noise(learner: Learner, buffer: Decisions) -> Tensor:
 
 def _summed_loss(learner: Learner, episode: Decisions) -> Tensor:
     """Sum the policy's loss over an episode, so that episodes' gradients add up."""
+    ((_, episode),) = pieces_of(episode)  # an episode has one shape
     live = episode.alive
     policy = learner.actor(episode.vectors, episode.grids)
     log_probs = policy.log_probs(episode.actions)[live]

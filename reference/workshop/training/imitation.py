@@ -10,10 +10,12 @@ learns alone for some rounds, and then both learn as always.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from reference.building import Building
 from reference.game.codec import RAW_LIMIT, Moment
@@ -32,6 +34,7 @@ from reference.workshop.anchors.frame import (
 from reference.workshop.anchors.settings import RobotsFrame
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import GROUP_RADIUS
+from reference.workshop.training.batches import averaged, strips
 
 CLONING_RATE = 1e-3  # [C7, chosen] learning rate of the fit
 CLONING_BATCH = 64  # [C7, chosen] group decisions of its minibatches
@@ -142,21 +145,25 @@ def clone(
     """
     learner.update_normalisers(demonstrations)
     # Decisions that nobody could be taught would make batches of nothing.
-    everything = Decisions.joined([decisions_of(t) for t in demonstrations])
+    everything = learner.buffers.joined([decisions_of(t) for t in demonstrations])
     taught = everything.rows(everything.alive.any(dim=1).nonzero()[:, 0])
     # An optimiser of its own: the learner's has moments of another loss.
     optimiser = torch.optim.Adam(learner.actor.parameters(), CLONING_RATE)
     losses = []
     for _ in range(epochs):
-        order = torch.randperm(len(taught), generator=learner.rng)
         total = 0.0
-        for which in order.split(CLONING_BATCH):
+        for which in strips(taught, CLONING_BATCH, learner.rng):
             batch = taught.rows(which)
-            policy = learner.actor(batch.vectors, batch.grids)
-            loss = -policy.log_probs(batch.actions)[batch.alive].mean()
+            loss = averaged(batch, partial(_unlikelihood, learner))
             optimiser.zero_grad()
             loss.backward()
             optimiser.step()
             total += float(loss.detach()) * len(batch)
         losses.append(total / len(taught))
     return losses
+
+
+def _unlikelihood(learner: Learner, batch: Decisions) -> Tensor:
+    """The mean negative log-likelihood of what was demonstrated."""
+    policy = learner.actor(batch.vectors, batch.grids)
+    return -policy.log_probs(batch.actions)[batch.alive].mean()

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from itertools import chain
 from pathlib import Path
+from time import process_time
 from typing import NoReturn
 
 from tqdm import tqdm
@@ -18,8 +19,14 @@ from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side
 from reference.workshop.engine import make_ready, together
 from reference.workshop.storage.files import make_folder
-from reference.workshop.storage.workers import map_in_order, one_thread, stop_delayed
+from reference.workshop.storage.workers import (
+    map_as_done,
+    map_in_order,
+    one_thread,
+    stop_delayed,
+)
 from reference.workshop.training.checkpoints import keep_checkpoint, newest_checkpoint
+from reference.workshop.training.families import LotJob, prepare
 from reference.workshop.training.rounds import Training
 from reference.workshop.training.summaries import (
     EXPLAINED,
@@ -49,13 +56,17 @@ def run_training(
         _save(training, folder, training.learners)
     table = table_until(folder, training.round if training.imitated else -1)
     over = _intervals(training)
+    costs = _Costs()
     if not training.finished:
         make_ready()
     try:
         with _bar(training) as bar:
             while not training.finished and not stop():
                 # PLAY
-                episodes = map_in_order(executor, _play, training.jobs())
+                if training.task.family is None:
+                    episodes = map_in_order(executor, _play, training.jobs())
+                else:
+                    episodes = costs.add(executor, training.jobs())
                 with stop_delayed("stopping as soon as this round is learned from"):
                     # LEARN
                     rows = training.learn(episodes)
@@ -71,6 +82,7 @@ def run_training(
     except KeyboardInterrupt:
         _save(training, folder, ())  # a temporary one, to resume from
         raise
+    costs.tell()
     return _save(training, folder, training.learners if training.finished else ())
 
 
@@ -78,6 +90,49 @@ def _play(jobs: Sequence[Job]) -> list[Episode]:
     """Play a worker's share, with sums in the same order in a worker as here."""
     with one_thread():
         return play(*jobs, advance=together)
+
+
+class _Costs:
+    """What the buildings of a family cost, in seconds of whoever played the jobs."""
+
+    def __init__(self) -> None:
+        self.jobs = 0
+        self.preparing = 0.0
+        self.playing = 0.0
+
+    def add(self, executor: Executor, jobs: Sequence[Job]) -> list[Episode]:
+        """Play jobs, each where there is time for it; return the episodes in order."""
+        made = dict(map_as_done(executor, _play_in_family, jobs))
+        episodes = list[Episode]()
+        for number in range(len(jobs)):
+            played, preparing, playing = made[number]
+            episodes += played
+            self.jobs += 1
+            self.preparing += preparing
+            self.playing += playing
+        return episodes
+
+    def tell(self) -> None:
+        """Say on stderr what it came to."""
+        if self.jobs:
+            each = 1000 * self.preparing / self.jobs
+            share = self.preparing / (self.preparing + self.playing)
+            print(
+                f"buildings: {each:,.0f} ms in each of {self.jobs:,} jobs, "
+                f"{share:.0%} of their time",
+                file=sys.stderr,
+            )
+
+
+def _play_in_family(job: Job) -> tuple[list[Episode], float, float]:
+    """Play a job in its building; also return seconds to prepare that, and to play."""
+    begin = process_time()
+    if isinstance(job, LotJob):
+        job = job.placed()
+    prepare(job)
+    ready = process_time()
+    episodes = _play([job])
+    return episodes, ready - begin, process_time() - ready
 
 
 def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:

@@ -17,6 +17,7 @@ from reference.game.codec import Moment, decided
 from reference.learning.players import LearnedNetwork
 from reference.learning.settings import Side
 from reference.paper import Scenario
+from reference.workshop.maps import load
 from reference.workshop.storage.files import errors_naming
 from reference.workshop.storage.runs import other_numbers
 from reference.workshop.storage.workers import one_thread
@@ -28,18 +29,17 @@ from reference.workshop.training.checkpoints import (
     load_checkpoint,
     must_fit,
 )
+from reference.workshop.training.families import HEADS_OF_SEVERAL
 from reference.world import World
-
-SETS = "set"
-"""The head without a building in it."""
 
 
 class LearnedPolicy(Trained):
     """One side of a checkpoint.
 
-    learned  its network;  task  the training
+    learned  its network;  task  the training;  where  it has learned, in words
     title    what tables and pictures call it
-    building, scenario  what it has learned in; of `playing_in`, where it plays
+    building, scenario  what it has learned in, the paper's building where it learned in
+             several; of `playing_in`, where it plays
     """
 
     def __init__(self, source: str | Path | Checkpoint, sample: bool = False):
@@ -52,8 +52,10 @@ class LearnedPolicy(Trained):
             source if isinstance(source, Checkpoint) else load_checkpoint(source)
         )
         self.task = checkpoint.task
-        self.name = self.task.building
-        self.building = building_of(self.task.plan)
+        family = self.task.family
+        self.name = "paper" if family else self.task.building
+        self.building = load("paper") if family else building_of(self.task.plan)
+        self.where = family.about() if family else self.building.title
         self.scenario = self.task.settings.scenario
         self.numbers = checkpoint.numbers
 
@@ -74,7 +76,7 @@ class LearnedPolicy(Trained):
     @property
     def anywhere(self) -> bool:
         """Whether there is no building in its network."""
-        return getattr(self.learned.settings, "head", "") == SETS
+        return getattr(self.learned.settings, "head", "") in HEADS_OF_SEVERAL
 
     def misfit(self, building: Building, scenario: Scenario) -> str:
         """Say why it cannot read such a world; nothing if it can."""
@@ -122,16 +124,20 @@ POLICIES: dict[Side, Any] = {"robots": LearnedRobots, "fire": LearnedFire}
 
 
 def fixed_player(
-    word: str, side: Side, building: Building, scenario: Scenario
+    word: str, side: Side, building: Building | None, scenario: Scenario
 ) -> LearnedNetwork | str:
     """A strategy's name, or the network of a checkpoint; refuses one that misfits.
 
+    building: None for several, of which the training itself refuses networks.
     Says on stderr if it learned with other numbers of the paper.
     """
     if word in SCRIPTS[side]:
         return word
     with errors_naming(f"{side} {word}"):
-        policy = POLICIES[side](word).playing_in(building, scenario)
+        if building is not None:
+            policy = POLICIES[side](word).playing_in(building, scenario)
+        else:
+            policy = POLICIES[side](ANYWHERE if word == LEARNED else word)
     numbers = other_numbers(policy.numbers)
     if numbers:
         print(f"note: {side} {word}: learned with {numbers}", file=sys.stderr)

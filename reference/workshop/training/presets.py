@@ -23,7 +23,7 @@ from reference.workshop.storage.scenarios import with_stated
 from reference.workshop.strategies import FIRES
 
 PRESET_ROWS = tomllib.loads(Path(__file__).with_name("presets.toml").read_text("utf-8"))
-PRESETS = ("tiny", "laptop", "paper")
+PRESETS = ("tiny", "laptop", "any", "paper")
 ROBOTS_ONLY = ("commitment", "masks")  # rows that the fire cannot have
 
 

@@ -26,6 +26,7 @@ from reference.workshop.storage.records import SettingsError, record_from
 from reference.workshop.storage.scenarios import differing, in_words
 from reference.workshop.storage.workers import chunks, one_thread, torch_threads
 from reference.workshop.strategies import FIRES, SCRIPTS
+from reference.workshop.training.batches import LEARNERS_OF_SEVERAL
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     Task,
@@ -33,6 +34,7 @@ from reference.workshop.training.checkpoints import (
     restore,
     state_of,
 )
+from reference.workshop.training.families import HEADS_OF_SEVERAL, Family, job_in
 from reference.workshop.training.gradient import measure_signal
 from reference.workshop.training.imitation import Demonstration, clone
 from reference.workshop.training.summaries import PRETRAINING, RunningMeans, SummaryRow
@@ -86,11 +88,10 @@ class Training:
         """
         self.task = task
         self.settings = task.settings
-        building = building_of(task.plan)
-        scenario = task.settings.scenario
-        if not sum(scenario.start_counts(building.floors)):
-            raise SettingsError("there is nobody to evacuate: raise people")
-        Simulation(building, scenario)  # refuses here what would fail in a worker
+        if task.family is None:
+            _refuse_place(task.plan, task.settings.scenario)
+        else:
+            _refuse_family(task, task.family)
         self.learners = {s: _learner(task, s) for s in SIDES if s not in task.fixed}
         self.summaries = {side: RunningMeans(0, {}, {}) for side in self.learners}
         self.round = self.episodes = 0
@@ -160,14 +161,23 @@ class Training:
             teacher = str(task.imitate)
             players["robots"] = Demonstration(settings.robots, weights, teacher)
 
-        jobs = []
+        jobs: list[Job] = []
+        shares = chunks(seeds, settings.episodes_per_job)
         first = self.round * settings.jobs_per_round
-        for number, chunk in enumerate(chunks(seeds, settings.episodes_per_job), first):
+        for number, chunk in enumerate(shares, first):
             others = self._others(number)
             sides: Any = players | others
             record = tuple(side for side in players if side not in others)
             jobs.append(Job(task.plan, scenario, **sides, seeds=chunk, record=record))
-        return jobs
+        if task.family is None:
+            return jobs
+
+        phase = ROUNDS if self.imitated else DEMONSTRATIONS
+        before = first if self.imitated else len(self.shown) * len(jobs)
+        return [
+            job_in(task.family, task.seed, phase, number, job)
+            for number, job in enumerate(jobs, before)
+        ]
 
     def _others(self, job: int) -> dict[Side, Any]:
         """Choose who plays a job without learning [E6, chosen].
@@ -301,7 +311,8 @@ class Training:
     def about(self) -> str:
         """Tell in a line where, under what and how who trains, and what is left."""
         sides = ", ".join(f"{side} {who}" for side, who in self._who().items())
-        where = building_of(self.task.plan).title
+        family = self.task.family
+        where = family.about() if family else building_of(self.task.plan).title
         scenario = self.settings.scenario
         changed = differing(scenario, Scenario())
         if changed:
@@ -382,6 +393,33 @@ def _player(side: Side, who: LearnedNetwork | str) -> Any:
     return replace(who, weights=arrays)
 
 
+def _refuse_place(plan: str, scenario: Scenario) -> None:
+    """Refuse here what would fail in a worker. Raises SettingsError, ValueError."""
+    building = building_of(plan)
+    if not sum(scenario.start_counts(building.floors)):
+        raise SettingsError("there is nobody to evacuate: raise people")
+    Simulation(building, scenario)
+
+
+def _refuse_family(task: Task, family: Family) -> None:
+    """Refuse heads that know one building, and maps in which people do not fit."""
+    for plan in family.plans:
+        _refuse_place(plan, task.settings.scenario)
+    for side in SIDES:
+        played = task.fixed.get(side)
+        if played is None:
+            tables = [getattr(task.settings, side)]
+        else:
+            tables = [who.settings for who in played if not isinstance(who, str)]
+        heads = [table.head for table in tables]
+        for head in {*heads} - {*HEADS_OF_SEVERAL}:
+            hint = "--head set" if side == "robots" else "--fire random busiest"
+            raise SettingsError(
+                f"{side}: head {head} knows one building, and here are several. Take "
+                f"{hint}."
+            )
+
+
 # -- Learners -----------------------------------------------------------------------
 
 
@@ -396,7 +434,11 @@ def _learner(task: Task, side: Side) -> Learner:
     if side == "fire" and stood_in:
         raise SettingsError("fire: it never plays where random_fires is 1")
     (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
-    learner = learner_for(side, task.plan, scenario, settings, seed)
+    if task.family is None:
+        learner = learner_for(side, task.plan, scenario, settings, seed)
+    else:
+        sizes = settings.codec(side, building_of(task.plans[0]), scenario).sizes
+        learner = LEARNERS_OF_SEVERAL[settings.trainer_type](settings, sizes, seed)
     who = task.initial.get(side)
     if who is not None:
         for name in NETWORK_ROWS:

@@ -13,8 +13,10 @@ from reference.paper import InputError
 from reference.workshop import maps
 from reference.workshop.storage.runs import refuse_numbers, refuse_version
 from reference.workshop.storage.scenarios import kept_fields, with_stated
+from reference.workshop.strategies.observed import lightable
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import CheckpointError, Task
+from reference.workshop.training.families import RANDOM, Family, family_of
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import fixed_player
 from reference.workshop.training.presets import Settings, preset
@@ -24,6 +26,9 @@ OPTIONS = ("preset", "settings", "building", "trainer", "head", *SIDES, "imitate
 OPTIONS += ("initialize_from", "seed", "scenario")
 """What defines a training; None where it was not asked for."""
 
+DEFAULT_BUILDINGS = {"tiny": "tiny", "any": RANDOM}
+"""Of presets; else paper."""
+
 
 def begin_training(asked: Namespace) -> Training:
     """Begin a training; by default preset laptop on the paper's building.
@@ -32,16 +37,17 @@ def begin_training(asked: Namespace) -> Training:
     for the map, OSError for an unreadable file.
     """
     settings = _settings(asked)
-    name = "tiny" if settings.preset == "tiny" else "paper"
-    if asked.building is not None:
-        name = asked.building
-    building = maps.load(name)
+    names = asked.building or [DEFAULT_BUILDINGS.get(settings.preset, "paper")]
+    family = family_of(names, asked.scenario or {})
+    building = maps.load(names[0]) if family is None else None
     scenario = settings.scenario
 
     # who does not learn
     fixed: dict[Side, tuple[LearnedNetwork | str, ...]] = {}
     for side in SIDES:
         words = getattr(asked, side)
+        if side == "fire" and words is None and _never_plays(asked, settings, family):
+            words = list(settings.stand_ins)
         if words is not None:
             fixed[side] = tuple(
                 fixed_player(word, side, building, scenario) for word in words
@@ -61,16 +67,24 @@ def begin_training(asked: Namespace) -> Training:
         if not initial:
             raise CheckpointError(f"{path}: nobody learned there who learns here.")
 
+    if building is not None and "fire" not in fixed and not lightable(building).any():
+        raise InputError("nothing can burn there. Draw more, or take --fire none.")
     task = Task(
-        building=name,
-        plan=maps.plan_of(building),
+        building=" ".join(names),
+        plan="" if building is None else maps.plan_of(building),
         settings=settings,
         seed=asked.seed or 0,
         fixed=fixed,
         initial=initial,
         imitate=asked.imitate,
+        family=family,
     )
     return Training(task)
+
+
+def _never_plays(asked: Namespace, settings: Settings, family: Family | None) -> bool:
+    """Is there no fire to learn, since scripted ones stand in for it in every job?"""
+    return bool(family) and settings.random_fires == 1 and asked.robots is None
 
 
 def _settings(asked: Namespace) -> Settings:
@@ -107,14 +121,17 @@ def resume_training(folder: Path) -> Training:
 
 def _refuse_other_map(task: Task) -> None:
     """Raise InputError if the file of the map has another drawing than at the start."""
-    if "\n" in task.building:  # it is the map itself
-        return
-    now = maps.drawing_now(task.building)
-    if now is not None and now != building_of(task.plan).drawing:
-        raise InputError(
-            f"{task.building} has changed since. Give it its old drawing, or begin "
-            "anew in another folder."
-        )
+    names = [task.building] if task.family is None else task.family.names
+    for name, plan in zip(names, task.plans, strict=False):  # none of generated ones
+        if "\n" in name:  # it is the map itself
+            continue
+        now = maps.drawing_now(name)
+        known = building_of(plan).drawing
+        if now is not None and not maps.same_cells(now, known):
+            raise InputError(
+                f"{name} has changed since. Give it its old drawing, or begin anew in "
+                "another folder."
+            )
 
 
 def options_of(task: Task, stated: Mapping[str, Any]) -> dict[str, Any]:
@@ -123,10 +140,13 @@ def options_of(task: Task, stated: Mapping[str, Any]) -> dict[str, Any]:
     stated: fields of a scenario that are asked for now
     """
     robots = task.settings.robots
+    family = task.family
     own = {
+        "building": list(family.names if family and family.names else [task.building]),
         "preset": task.settings.preset,
         "trainer": robots.trainer_type,
         "head": robots.head,
         "scenario": kept_fields(task.settings.scenario, stated),
     }
-    return own | {side: list(who) for side, who in task.fixed.items()} | vars(task)
+    rest = {side: list(who) for side, who in task.fixed.items()}
+    return vars(task) | own | rest

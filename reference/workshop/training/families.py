@@ -1,0 +1,238 @@
+"""Families of buildings: a job plays in one of them, with people and robots by lot.
+
+A policy that has no building in it can learn in many [C5, chosen].  A family is some
+maps, or generated buildings: so many, or a new one in every job.  In generated ones
+people and robots vary too, job by job.  All of it follows from the run's seed.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from reference.building import Kind, building_of
+from reference.learning.rollouts import Job
+from reference.paper import InputError
+from reference.rays import sight_of
+from reference.workshop import maps
+from reference.workshop.anchors.sets import known_ways_of
+from reference.workshop.engine import knows_all_rules
+from reference.workshop.maps.generated import generated_text
+from reference.workshop.strategies.observed import known_map_of
+
+HEADS_OF_SEVERAL = ("set",)
+"""Heads of policies that have no building in them."""
+
+RANDOM = "random"
+MOST_BUILDINGS = 10**6
+FIRST_SEED = 2**32
+"""[C5, chosen] generated buildings in trainings have seeds from here on: `floors --new`
+and tests take smaller ones, so what they draw is new to whoever learned."""
+
+Range = tuple[int, ...]  # least and most
+
+PEOPLE: Range = (10, 120)  # [C5, chosen]
+ROBOTS_PER_FLOOR: Range = (1, 4)
+WIDTHS: Range = (15, 60)  # cells of the main body
+HEIGHTS: Range = (10, 40)
+FLOORS: Range = (1, 4)
+ROOM = 4  # [C5, chosen] cells of a floor for each of its people, at least
+
+# What seeds are for, beside those of `rounds`.
+BUILDINGS = 10
+ORDERS = 11
+CASTS = 12
+
+
+@dataclass(frozen=True)
+class Family:
+    """Buildings of one training.
+
+    names   of maps as they were asked for;  plans  their texts
+    number  of generated buildings, where there are no maps; 0: a new one in every job
+    widths, heights, floors  of generated buildings, least and most
+    people, robots_per_floor  in them; where maps are named, the scenario tells both
+    """
+
+    names: tuple[str, ...] = ()
+    plans: tuple[str, ...] = ()
+    number: int = 0
+    widths: Range = WIDTHS
+    heights: Range = HEIGHTS
+    floors: Range = FLOORS
+    people: Range = PEOPLE
+    robots_per_floor: Range = ROBOTS_PER_FLOOR
+
+    def about(self) -> str:
+        """Say in some words which buildings these are."""
+        if self.plans:
+            return ", ".join(building_of(plan).title for plan in self.plans)
+        many = f"{self.number:,}" if self.number else "a new one in every job"
+        sizes = [self.widths, self.heights, self.floors]
+        width, height, floors = (_in_words(some) for some in sizes)
+        return (
+            f"generated buildings ({many}; {width} x {height} cells, {floors} floors, "
+            f"{_in_words(self.people)} people, {_in_words(self.robots_per_floor)} "
+            "robots a floor)"
+        )
+
+    def example(self) -> str:
+        """The text of one building, for what is the same in all."""
+        if self.plans:
+            return self.plans[0]
+        return generated_text(0, self.widths[0], self.heights[0], self.floors[0])
+
+
+def _in_words(some: Range) -> str:
+    low, high = some
+    return f"{low}" if low == high else f"{low} to {high}"
+
+
+def family_of(words: Sequence[str], stated: Mapping[str, Any]) -> Family | None:
+    """Read which buildings are asked for; None for a single map.
+
+    stated: fields of a scenario that are asked for; they do not vary. Raises
+    InputError, MistakesError for a map, OSError for an unreadable file.
+    """
+    lots = [word for word in words if word.partition(":")[0] == RANDOM]
+    if not lots:
+        if len(words) == 1:
+            return None
+        if len({*words}) < len(words):
+            raise InputError("--building: a map is named twice. Name it once.")
+        plans = [maps.plan_of(maps.load(word)) for word in words]
+        return Family(tuple(words), tuple(plans))
+
+    if len(words) > 1:
+        raise InputError(f"--building: {lots[0]} stands alone. Leave the others out.")
+    lost = stated.keys() & {"rooms", "people_per_floor"}
+    if lost:
+        raise InputError(
+            f"--building {lots[0]}: {min(lost)} is of one building. Leave it out, or "
+            "take people."
+        )
+    ranges: dict[str, Any] = {
+        name: (stated[name],) * 2
+        for name in ("people", "robots_per_floor")
+        if name in stated
+    }
+    return Family(number=_number(lots[0]), **ranges)
+
+
+def _number(word: str) -> int:
+    """How many buildings `random` or `random:N` means; 0: as many as jobs."""
+    _, colon, digits = word.partition(":")
+    if not colon:
+        return 0
+    if not digits.isdecimal() or not 1 <= int(digits) <= MOST_BUILDINGS:
+        raise InputError(
+            f"--building {word}: write {RANDOM}:N, with N from 1 to {MOST_BUILDINGS:,}."
+        )
+    return int(digits)
+
+
+# -- Which building a job plays in --------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Lot:
+    """What a job has drawn: a building, and how many people and robots stand in it.
+
+    size  width, height and floors
+    """
+
+    seed: int
+    size: tuple[int, int, int]
+    people: int
+    robots_per_floor: int
+
+    def place(self, job: Job) -> Job:
+        """Generate the building and let the job play there; fewer people, if need be.
+
+        Whoever plays the job does it, since it takes a moment.
+        """
+        plan = generated_text(self.seed, *self.size)
+        building = building_of(plan)
+        rooms = (building.kind == Kind.FLOOR).sum(axis=(1, 2))
+        fit = int(rooms.min()) * building.floors // ROOM
+        scenario = replace(
+            job.scenario,
+            people=max(1, min(self.people, fit)),
+            robots_per_floor=self.robots_per_floor,
+        )
+        return replace(job, plan=plan, scenario=scenario)
+
+
+@dataclass(frozen=True)
+class LotJob(Job):
+    """A job whose building is not made yet."""
+
+    lot: Lot | None = None
+
+    def placed(self) -> Job:
+        """Make the building, and the job in it."""
+        rows = {name: x for name, x in vars(self).items() if name != "lot"}
+        assert self.lot
+        return self.lot.place(Job(**rows))
+
+
+def prepare(job: Job) -> None:
+    """Make the tables of a job's building, which are kept for a few buildings."""
+    building = building_of(job.plan)
+    sight = sight_of(building, job.scenario.sight_range)
+    known_map_of(building)
+    known_ways_of(building)
+    if knows_all_rules():
+        from reference.workshop.engine.tables import tables_of  # numba
+
+        tables_of(sight)
+
+
+def job_in(family: Family, seed: int, phase: int, number: int, job: Job) -> Job:
+    """Move a job to its building.
+
+    seed: of the run; phase, number: of the job, which say what it draws
+    """
+    several = len(family.plans) or family.number
+    which = _turn(several, seed, phase, number) if several else None
+    if family.plans:
+        assert which is not None
+        return replace(job, plan=family.plans[which])
+
+    if which is None:
+        house = _rng(seed, BUILDINGS, phase, number)
+    else:
+        house = _rng(seed, BUILDINGS, which)
+    size = tuple(_draw(house, some) for some in _sizes(family))
+    cast = _rng(seed, CASTS, phase, number)
+    lot = Lot(
+        seed=FIRST_SEED + int(house.integers(2**32)),
+        size=(size[0], size[1], size[2]),
+        people=_draw(cast, family.people),
+        robots_per_floor=_draw(cast, family.robots_per_floor),
+    )
+    return LotJob(**vars(job), lot=lot)
+
+
+def _sizes(family: Family) -> tuple[Range, Range, Range]:
+    return family.widths, family.heights, family.floors
+
+
+def _turn(several: int, seed: int, phase: int, number: int) -> int:
+    """Whose turn it is: all in turn, in another order each time.
+
+    In one order a building would meet the same fire for ever.
+    """
+    time, place = divmod(number, several)
+    return int(_rng(seed, ORDERS, phase, time).permutation(several)[place])
+
+
+def _rng(seed: int, *purpose: int) -> np.random.Generator:
+    sequence = np.random.SeedSequence(seed, spawn_key=purpose)
+    return np.random.default_rng(sequence)
+
+
+def _draw(rng: np.random.Generator, some: Range) -> int:
+    low, high = some
+    return int(rng.integers(low, high + 1))

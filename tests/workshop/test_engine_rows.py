@@ -1,0 +1,74 @@
+"""Rows of the engine's tables: what the book's Sight sees from every place."""
+
+import numpy as np
+import pytest
+from movies import shipped
+
+from reference.building import Kind
+from reference.navigation import navigation_of
+from reference.rays import Sight, sight_of
+from reference.workshop.engine import knows_all_rules
+from reference.workshop.engine.rows import GROUND, IN_LINE, OVERLOOKED, SEEN
+from reference.workshop.engine.tables import Tables
+from reference.workshop.maps.generated import generated
+
+
+def places_with(tables: Tables, number: int, p: int, bit: int) -> set[int]:
+    """The places in a row that have a bit."""
+    k = np.flatnonzero(tables.arrays.square[number] & bit)
+    down, right = np.divmod(k, tables.side)
+    cols = tables.navigation.cols
+    return set((p + (down - tables.half) * cols + right - tables.half).tolist())
+
+
+def compare(sight: Sight, tables: Tables, p: int, holes: frozenset[int]) -> None:
+    """Assert that the newest row is what the book says."""
+    number = tables._ends["rows"] - 1
+    row = tables.arrays.rows[number]
+    assert (
+        row["place"],
+        tables.arrays.lists[row["holes"] : row["holes_end"]].tolist(),
+    ) == (
+        p,
+        sorted(holes),
+    )
+    line = sight.in_line(p, holes)
+    assert places_with(tables, number, p, IN_LINE) == line
+    assert places_with(tables, number, p, SEEN) == sight.seen(p, holes)
+    assert places_with(tables, number, p, GROUND) == (line & sight.rooms or line)
+    if not holes:
+        assert places_with(tables, number, p, OVERLOOKED) == sight.overlooked(p)
+    looked = tables.arrays.lists[row["looked"] : row["looked_end"]]
+    assert looked.tolist() == sorted(sight.looked_at(p, holes))
+    opens = tables.arrays.opens[row["opens"] : row["opens_end"]]
+    ways = [(*way.unit, way.patch, way.place) for way in sight.open(p, holes)]
+    assert opens.tolist() == ways
+
+    hits = []
+    stops = sorted(sight._stops(p, holes))
+    for mark, hit in sight.landmarks(p, holes).items():
+        met = [q for q in stops if sight._marks[q] == mark]
+        end = min(met, key=lambda q: sight._metres(p, q))
+        kind = int(Kind[hit.kind.upper()])
+        hits.append((hit.distance, mark, kind, end, mark in sight.landmarks(p)))
+    found = tables.arrays.hits[row["hits"] : row["hits_end"]]
+    assert found.tolist() == hits
+
+
+@pytest.mark.paper("A6", "B2")
+@pytest.mark.parametrize("reach", [2.0, 9.5, 15.0])
+@pytest.mark.parametrize("name", ["tiny", "museum", "school", "lot"])
+def test_a_row_is_what_the_book_sees(name, reach):
+    """From a sample of places, through no holes, some doors and all of them."""
+    assert knows_all_rules()
+    building = generated(11, 40, 18, 3) if name == "lot" else shipped(name)
+    sight = sight_of(building, reach)
+    tables = Tables(sight)
+    rng = np.random.default_rng(0)
+    doors = [m.index for m in building.landmarks if m.kind is Kind.DOOR]
+    walked = np.flatnonzero(navigation_of(building).walkable)
+    for p in rng.choice(walked, 25, replace=False).tolist():
+        some = rng.choice(doors, min(3, len(doors)), replace=False).tolist()
+        for holes in ([], some, doors):
+            tables.add_row(p, frozenset(holes))
+            compare(sight, tables, p, frozenset(holes))
