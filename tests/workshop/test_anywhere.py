@@ -389,7 +389,7 @@ def test_tables_and_films_say_which_network_plays(tmp_path, capsys):
     shown = capsys.readouterr()
     assert f"  {ANY_MAP}\n" in shown.out
     assert "--robots learned: learned, any map" in shown.err
-    assert f"guided by {ANY_MAP}" in film.read_text()
+    assert f"robots: {ANY_MAP}: a network that knows no" in film.read_text()
     assert main(["evacuate", *asked, "--json"]) == 0
     pairs = json.loads(capsys.readouterr().out)["pairs"]
     assert [pair["robots"] for pair in pairs] == ["none", LEARNED]

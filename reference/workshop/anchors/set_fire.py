@@ -50,9 +50,7 @@ LIT = 2.0
 """[D2, chosen] metres: an anchor so near to a source is not lit again."""
 
 CROWDED = 6  # [D2, chosen] anchors where most people will cross
-SOON_THERE = (
-    10.0  # [D2, chosen] metres on foot: people so near to an anchor come to it soon
-)
+SOON_THERE = 10.0  # [D2, chosen] metres on foot: people so near may be there soon
 CELLS = 10.0  # what counts as one: cells to burn before a way is closed
 FIRE_AXES = 3  # storey, x and y
 
@@ -126,6 +124,8 @@ class FireView:
     free   (p,) bool, what can be lit, as far as the fire sees
     lit    (p,) bool, what is near a source
     passed  (p,) how many people cross it on their cheapest ways out
+    stand, post, source  (n,), (R,), (F,) places of people, robots and sources
+    walks, at_work, begun  bool, which of them are there and not on stairs
     """
 
     def __init__(self, codec: PolicyCodec, vector: np.ndarray, burning: np.ndarray):
@@ -157,7 +157,7 @@ class FireView:
         self.on_stairs = self.inside & self.map.stairs[self.stand]
         self.walks = self.inside & ~self.on_stairs
         self.at_work = self.robots[:, 2] > -0.5
-        self.burnt = self.sources[:, 2] > -0.5
+        self.begun = self.sources[:, 2] > -0.5
         guide = guess_guides(self.nav, self.post, self.at_work, self.stand, self.walks)
         self.guide = guide
         self.led = guide != NOBODY
@@ -170,7 +170,7 @@ class FireView:
 
         self.lit = np.zeros_like(self.free)
         floors = np.arange(self.nav.places) // self.nav.floor_size
-        for x, y, storey in self.sources[self.burnt]:
+        for x, y, storey in self.sources[self.begun]:
             near = lengths(self.nav.centres - (x, y)) < LIT
             self.lit |= near & (floors == storey)
 
@@ -251,7 +251,7 @@ class FireView:
         way = self._ways(self.stand, self.walks)
         soon = way <= SOON_THERE
         robots = self._ways(self.post, self.at_work)
-        sources = self._ways(self.source, self.burnt)
+        sources = self._ways(self.source, self.begun)
         inside = max(int(self.inside.sum()), 1)
         through = self._through()
         cells = np.flatnonzero(self.burning)
@@ -330,9 +330,9 @@ class FireView:
             self.ways.outside[self.source] / AWAY,
             self.burning[self.source],
             self.passed[self.source] / GROUP,
-            self.burnt,
+            self.begun,
         ]
-        return np.stack(columns, axis=-1, dtype=float) * self.burnt[:, None]
+        return np.stack(columns, axis=-1, dtype=float) * self.begun[:, None]
 
     def _by_flames(self, places: np.ndarray) -> np.ndarray:
         """(k,) bool: is a place in flames or heat?"""
@@ -344,7 +344,7 @@ class FireView:
         """(C,) how many there are, the time, how many sources are left."""
         storeys = self.people[:, 2]
         burning = float(self.burning.sum())
-        lit = int(self.burnt.sum())
+        lit = int(self.begun.sum())
         ground = self.walks & (storeys == 0)
         columns = [
             self.inside.sum() / UNIT,

@@ -191,9 +191,10 @@ def _play_episode(
             from reference.workshop.drawing.film import animate  # loads matplotlib
 
             titles = evaluation.titles
-            named = [(titles[robots], titles[fire]) for robots, fire in pairs]
             headings = [
-                f"{_heading(pair)}\n{_players_in_words(*pair)}" for pair in named
+                f"{_heading((robots, fire))}\n"
+                f"{_players_in_words(titles[robots], titles[fire])}"
+                for robots, fire in pairs
             ]
             animate(simulations, film, headings, going)
         deque(going, maxlen=0)  # plays what a film has not played
