@@ -26,7 +26,6 @@ from reference.workshop.anchors.sets import (
     crops,
 )
 from reference.workshop.maps import load, plan_of
-from reference.workshop.storage.records import SettingsError
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.observed import guard_points, way_marks
 from reference.workshop.training.presets import preset
@@ -161,14 +160,6 @@ def test_who_is_out_or_dead_changes_nothing():
     known = says(codec, moment, actor)
     assert torch.allclose(found[:, : known.shape[1]], known, atol=1e-6)
     assert not found[:, known.shape[1] :].any()
-
-
-@pytest.mark.paper("C5", "chosen")
-def test_the_fire_has_no_such_head():
-    """It is refused rather than ignored."""
-    made = preset("tiny")
-    with pytest.raises(SettingsError, match="head set is about robots only"):
-        replace(made, fire=replace(made.fire, head="set"))
 
 
 # -- No order in it -----------------------------------------------------------------

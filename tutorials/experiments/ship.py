@@ -1,10 +1,12 @@
 """Ship what was learned: the policies of two trainings in one file, weights alone.
 
     python tutorials/experiments/ship.py ROBOTS FIRE
+    python tutorials/experiments/ship.py ROBOTS FIRE --anywhere
 
-writes SHIPPED anew from two checkpoints of one building and scenario: the robots of the
-first and the fire of the second, with how they were made. `--robots learned` and
-`--fire learned` play them.
+The first writes SHIPPED anew from two checkpoints of one building and scenario: the
+robots of the first and the fire of the second, with how they were made. `--robots
+learned` and `--fire learned` play them there. The second writes ANYWHERE, which they
+play in every other building and scenario, from checkpoints with a head of sets.
 """
 
 import sys
@@ -12,7 +14,8 @@ from dataclasses import replace
 from typing import Any
 
 from reference.learning.settings import Side
-from reference.workshop.strategies import SHIPPED
+from reference.paper import InputError
+from reference.workshop.strategies import ANYWHERE, SHIPPED
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     load_checkpoint,
@@ -56,6 +59,18 @@ def how(checkpoint: Checkpoint, side: Side) -> dict[str, Any]:
     }
 
 
+def shipped_anywhere(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
+    """Combine as `shipped` does; InputError for a network with a building in it."""
+    for policy in (LearnedRobots(robots), LearnedFire(fire)):
+        if not policy.anywhere:
+            raise InputError(f"its {policy.side} knows one building: train --head set")
+    return shipped(robots, fire)
+
+
 if __name__ == "__main__":
-    robots, fire = map(load_checkpoint, sys.argv[1:])
-    save_checkpoint(shipped(robots, fire), SHIPPED)
+    anywhere = sys.argv[3:] == ["--anywhere"]
+    robots, fire = map(load_checkpoint, sys.argv[1:3])
+    if anywhere:
+        save_checkpoint(shipped_anywhere(robots, fire), ANYWHERE)
+    else:
+        save_checkpoint(shipped(robots, fire), SHIPPED)

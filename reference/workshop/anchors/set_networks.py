@@ -7,7 +7,7 @@ are: one network reads the numbers of every building.
 
     B    group decisions in a batch;  G  agents of the group;  V  numbers read
     k    elements of a set;  N  numbers of an element;  W  hidden units of an element
-    K    anchors;  H  hidden units
+    K    anchors;  C  numbers of an action;  H  hidden units
 """
 
 from math import sqrt
@@ -16,34 +16,34 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from reference.game.codec import AXES, Sizes
+from reference.game.codec import Sizes
 from reference.learning.networks import BRANCH_GAIN, REFUSED, GridEncoder, linear
 from reference.learning.settings import TrainerSettings
 from reference.workshop.anchors.frame import KEEP, UNIT
 from reference.workshop.anchors.heads import Mixture
-from reference.workshop.anchors.sets import CROP_SHAPE, SetShapes
+from reference.workshop.anchors.sets import CROP_SHAPE, NO_IMAGE, SetShapes
 
 LEAST_WIDTH = 8
 """[C5, chosen] hidden units of an element, at least; else a quarter of those of all."""
 
 
 class Numbers:
-    """What a robot reads, (..., V), taken apart.
+    """What a side reads, (..., V), taken apart.
 
-    at      (..., K, 2) anchors, units from the robot;  allowed  (..., K) bool
+    at      (..., K, C) anchors, in units of its actions;  allowed  (..., K) bool
     sets    anchors, people, mates, fires: (..., k, N) each;  counts  (..., C)
     """
 
-    def __init__(self, vectors: Tensor, shapes: SetShapes):
+    def __init__(self, vectors: Tensor, shapes: SetShapes, axes: int):
         """shapes: of any building; how many elements there are the vectors tell."""
         *sets, counts = shapes
-        # All robots of a batch are of one building and scenario.
+        # All agents of a batch are of one building and scenario.
         elements = vectors.flatten(0, -2)[0, -len(sets) :].int().tolist()
         here = [(k, n) for k, (_, n) in zip(elements, sets, strict=True)]
         K = elements[0]
-        sizes = [K * AXES, K, *(k * n for k, n in here), counts, len(sets)]
+        sizes = [K * axes, K, *(k * n for k, n in here), counts, len(sets)]
         at, allowed, *parts, self.counts, _ = vectors.split(sizes, dim=-1)
-        self.at = at.unflatten(-1, (K, AXES))
+        self.at = at.unflatten(-1, (K, axes))
         self.allowed = allowed > 0.5
         pairs = zip(parts, here, strict=True)
         self.sets = [part.unflatten(-1, shape) for part, shape in pairs]
@@ -69,24 +69,31 @@ class PooledSet(nn.Module):
 
 
 class SetEncoder(nn.Module):
-    """Encode what a robot reads: its sets, pooled, its counts and its crop."""
+    """Encode what a side reads: its sets, pooled, its counts and a robot's crop."""
 
     def __init__(self, shapes: SetShapes, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
         self.shapes = shapes
+        self.axes = sizes.continuous
         *sets, counts = shapes
         width = max(LEAST_WIDTH, settings.hidden_units // 4)
         self.sets = nn.ModuleList(PooledSet(n, width) for _, n in sets)
-        self.grid = GridEncoder(CROP_SHAPE, width)
-        self.size = 2 * width * len(sets) + counts + width
+        self.size = 2 * width * len(sets) + counts
+        self.grid = None
+        if sizes.grid != NO_IMAGE:
+            self.grid = GridEncoder(CROP_SHAPE, width)
+            self.size += width
 
     def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
-        """(B, G, V) and (B, 3 G, CROP, CROP) -> (B, G, size)."""
+        """(B, G, V) and (B, 3 G, CROP, CROP), or no image -> (B, G, size)."""
         B, G, _ = vectors.shape
-        read = Numbers(vectors, self.shapes)
-        pooled = [one(x) for one, x in zip(self.sets, read.sets, strict=True)]
-        image = self.grid(grids.reshape(B * G, *CROP_SHAPE)).view(B, G, -1)
-        return torch.cat([*pooled, read.counts, image], dim=-1)
+        read = Numbers(vectors, self.shapes, self.axes)
+        parts = [one(x) for one, x in zip(self.sets, read.sets, strict=True)]
+        parts.append(read.counts)
+        if self.grid is not None:
+            image = self.grid(grids.reshape(B * G, *CROP_SHAPE))
+            parts.append(image.view(B, G, -1))
+        return torch.cat(parts, dim=-1)
 
 
 class SetHead(nn.Module):
@@ -105,6 +112,7 @@ class SetHead(nn.Module):
     ):
         super().__init__()
         self.shapes = shapes
+        self.axes = sizes.continuous
         self.sigma = spread / UNIT
         self.commitment = commitment
         _, numbers = shapes.anchors
@@ -116,7 +124,7 @@ class SetHead(nn.Module):
 
     def forward(self, x: Tensor, vectors: Tensor) -> Mixture:
         """Mixture from the body's (..., H) and the numbers read (..., V)."""
-        read = Numbers(vectors, self.shapes)
+        read = Numbers(vectors, self.shapes, self.axes)
         each = self.anchor(read.sets[0]) + self.situation(x)[..., None, :]
         each = functional.silu(self.second(functional.silu(each)))
         logits = self.score(each)[..., 0]

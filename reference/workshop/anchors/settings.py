@@ -4,8 +4,8 @@ The trainers compute what ML-Agents computes; settings with anchors give them an
 `PolicyCodec`, with another head.
 
     floor    the paper's Gaussian: coordinates of the whole floor
-    set      the same around the robot's anchors, which one network scores, whatever the
-             building, see `workshop.anchors.sets`
+    set      Gaussians around anchors that one network scores, whatever the building:
+             see `workshop.anchors.sets` for the robots', `set_fire` for the fire's
     mixture  Gaussians around anchors: a robot's are those of its own frame, see
              `workshop.anchors.frame`; the fire's stand beside the building's exits,
              entrances and doors
@@ -39,6 +39,7 @@ from reference.workshop.anchors.frame import (
     in_body,
     robot_destinations,
 )
+from reference.workshop.anchors.set_fire import LIT, SetsOfFire
 from reference.workshop.anchors.sets import CROP_SHAPE, SetView, crops
 from reference.workshop.storage.records import (
     ABOVE_0,
@@ -47,10 +48,6 @@ from reference.workshop.storage.records import (
     check_rows,
 )
 from reference.workshop.strategies.fires import places_beside
-
-LIT = 2.0
-"""[D2, chosen] metres: an anchor so near to a source is not lit again."""
-
 
 # -- Settings -----------------------------------------------------------------------
 
@@ -122,6 +119,8 @@ class SideSettings(TrainerSettings):
         if self.head == "floor":
             return PolicyCodec(side, building, scenario)
         if side == "fire":
+            if self.head == "set":
+                return SetsOfFire(building, scenario, self.spread)
             return MixtureOfFire(building, scenario, self)
         if self.head == "set":
             return RobotsSets(building, scenario, self)

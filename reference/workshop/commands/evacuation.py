@@ -12,6 +12,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from reference.learning.settings import SIDES
 from reference.workshop.commands import options
 from reference.workshop.commands.common import format_table, print_note, print_report
 from reference.workshop.comparing.matches import (
@@ -131,12 +132,16 @@ def evacuate(arguments: Namespace) -> None:
 
     told = [_report(evaluation, runs) for runs in zip(*played, strict=True)]
     report = {"pairs": told} if len(told) > 1 else told[0]
-    print_report(arguments, report, _table_of(told))
+    titles = evaluation.titles
+    named = [facts | {side: titles[facts[side]] for side in SIDES} for facts in told]
+    print_report(arguments, report, _table_of(named))
 
     if crowding:
         from reference.workshop.drawing import crowding_map, save  # loads matplotlib
 
-        save(crowding_map(crowding, _heading(pairs[0])), arguments.density)
+        guides, foe = pairs[0]
+        heading = _heading((titles[guides], titles[foe]))
+        save(crowding_map(crowding, heading), arguments.density)
     for path in (arguments.animate, arguments.record, arguments.density):
         if path:
             print_note(f"written: {path}")
@@ -185,8 +190,11 @@ def _play_episode(
         if film:
             from reference.workshop.drawing.film import animate  # loads matplotlib
 
+            titles = evaluation.titles
             headings = [
-                f"{_heading(pair)}\n{_players_in_words(*pair)}" for pair in pairs
+                f"{_heading((robots, fire))}\n"
+                f"{_players_in_words(titles[robots], titles[fire])}"
+                for robots, fire in pairs
             ]
             animate(simulations, film, headings, going)
         deque(going, maxlen=0)  # plays what a film has not played

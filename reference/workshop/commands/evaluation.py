@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import paper_ruler
@@ -20,6 +20,8 @@ from reference.workshop.storage.files import write_json
 from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.storage.scenarios import kept_fields, list_keys
+
+Played = TypeVar("Played", Cell, RunResult)
 
 NO_BASELINE = (
     "no E on a baseline of this building: name a scripted guide among --robots, such "
@@ -147,6 +149,9 @@ def _sum_up(
         played, ruler, arguments.baseline, baseline.ruler if baseline else None
     )
     report = results.evaluation_as_json(evaluation, ruler, cells, baseline)
+    # as people are to read who played
+    cells = _with_titles(cells, evaluation)
+    played = _with_titles(played, evaluation)
     return Summary(evaluation, played, baseline, cells, report)
 
 
@@ -194,6 +199,14 @@ def _print_and_keep_all(
     drawn = {name: each.arena.drawn for name, each in evaluations.items()}
     save(side_by_side(drawn, played, figures), out / "buildings.png")
     print_note(f"tables and pictures are in {out}, those of a building below it")
+
+
+def _with_titles(rows: Sequence[Played], evaluation: Evaluation) -> list[Played]:
+    """Rows of robots and fires by their titles: which `learned` it was."""
+    titles = evaluation.titles
+    return [
+        replace(row, robots=titles[row.robots], fire=titles[row.fire]) for row in rows
+    ]
 
 
 def _draw(

@@ -9,7 +9,9 @@ from typing import Any
 from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import print_note, print_report, run_in_folder
+from reference.workshop.comparing.named import title_of
 from reference.workshop.storage.files import write_whole
+from reference.workshop.strategies import ANY_MAP, LEARNED
 
 
 @options.command(
@@ -75,6 +77,10 @@ def _write_and_print(
         "answer": answer,
         "cells": [cell_as_json(cell) for cell in cells],
     }
-    head = asked.arena.about()
+    arena = asked.arena
+    head = arena.about()
+    if LEARNED in asked.test.fires:
+        title = title_of(LEARNED, arena.drawn, arena.scenario)
+        head += f"; {title}" if title == ANY_MAP else ""
     print_report(arguments, told, f"{head}\n{table(cells, report.SHOWN)}\n{answer}")
     print_note(f"the page is {folder / 'page.md'}")

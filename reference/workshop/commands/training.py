@@ -69,9 +69,9 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
     ),
     options.option(
         "--head",
-        "of the robots' policy. floor: one Gaussian of the whole floor, as in the "
+        "of both sides' policies. floor: one Gaussian of the whole floor, as in the "
         "paper; mixture: Gaussians around anchors; set: the same, and one network "
-        "scores each of them; default: the preset's",
+        "scores each of them, in any building; default: the preset's",
         choices=SETTING_ROWS["head"].choices,
     ),
     options.player("robots", FIXED_HELP, ROBOT_NAMES, nargs="+"),

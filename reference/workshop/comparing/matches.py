@@ -22,8 +22,14 @@ from reference.floorplan import Drawing
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.comparing.named import meaning_of, set_up_match, strategy_named
-from reference.workshop.maps import drawing_now, load, plan_of
+from reference.workshop.comparing.named import (
+    meaning_of,
+    set_up_match,
+    strategy_named,
+    strategy_of,
+    title_of,
+)
+from reference.workshop.maps import drawing_now, load, plan_of, same_cells
 from reference.workshop.storage.files import errors_naming, read_json, write_json
 from reference.workshop.storage.records import checked_value, record_from
 from reference.workshop.storage.runs import (
@@ -35,6 +41,7 @@ from reference.workshop.storage.runs import (
     refuse_version,
 )
 from reference.workshop.storage.scenarios import differing, in_words, with_stated
+from reference.workshop.strategies import ANY_MAP
 from reference.workshop.strategies.own import is_code
 
 DEFAULT_EPISODES = 100
@@ -127,10 +134,12 @@ class Evaluation:
         is another one than at the beginning.
         """
 
+        here = self.arena.drawn, self.arena.scenario
+
         def made(word: str, side: Side) -> Any:
             file = self.files.get(word, word)
-            player = strategy_named(file, side, self.sample)
-            refuse_changed(self.digests, {word: meaning_of(file)})
+            player = strategy_of(strategy_named(file, side, self.sample), side, *here)
+            refuse_changed(self.digests, {word: meaning_of(file, *here)})
             return player
 
         kept = cache(made)
@@ -142,13 +151,19 @@ class Evaluation:
 
         for robots, fire, seed in runs:
             yield set_up_match(
-                self.arena.drawn,
-                self.arena.scenario,
+                *here,
                 robots=player(robots, "robots"),
                 fire=player(fire, "fire"),
                 seed=seed,
                 errors=self.errors,
             )
+
+    @property
+    def titles(self) -> dict[str, str]:
+        """What tables and pictures call those who play, by their words."""
+        words = {*self.robots, *self.fires}
+        here = self.arena.drawn, self.arena.scenario
+        return {word: title_of(word, *here) for word in words}
 
     def about(self) -> str:
         """Describe the evaluation in a line: where, under what, who, how often."""
@@ -243,34 +258,55 @@ def notes(evaluation: Evaluation) -> list[str]:
     arena = evaluation.arena
     lines = []
     kept = {arena.building: _digest_of_drawing(arena.drawn.drawing)}
-    now = _meaning_of_map(arena.building)
+    now = _meaning_of_map(arena)
     if now and now != kept:
         lines.append(f"{arena.building} has changed since; this plays the kept drawing")
     learned = _load_policies(evaluation.robots, evaluation.fires, evaluation.files)
     for option, policy in learned.items():
+        plays = policy.playing_in(arena.drawn, arena.scenario)
+        lines += [f"{option}: {line}" for line in _notes_on(policy, plays, arena)]
+    return lines
+
+
+def _notes_on(policy: Any, plays: Any, arena: Arena) -> Iterator[str]:
+    """Say where and with what a policy learned, if it plays elsewhere or with others.
+
+    plays: the policy that plays in the arena for it
+    """
+    if plays.title == ANY_MAP:
+        yield f"{ANY_MAP}: the network that knows no building plays here"
+    else:
+        same = same_cells(policy.building.drawing, arena.drawn.drawing)
+        where = getattr(policy, "where", policy.building.title)
+        if not same or where != policy.building.title:
+            yield f"learned in {where}; here it plays in {arena.drawn.title}"
         names = differing(policy.scenario, arena.scenario)
         if names:
             here = in_words(arena.scenario, names)
             own = in_words(policy.scenario, names)
-            lines.append(f"{option}: learned under {own}; here it plays under {here}")
-        numbers = other_numbers(policy.numbers)
-        if numbers:
-            lines.append(f"{option}: learned with {numbers}")
-    return lines
+            yield f"learned under {own}; here it plays under {here}"
+    numbers = other_numbers(plays.numbers)
+    if numbers:
+        yield f"learned with {numbers}"
 
 
 def with_digests(evaluation: Evaluation) -> Evaluation:
     """Add digests of all that its words and the name of its map mean now."""
     words = _without_repeats((*evaluation.robots, *evaluation.fires))
     files = evaluation.files
-    digests = {word: meaning_of(files.get(word, word)) for word in words}
-    digests[MAP] = _meaning_of_map(evaluation.arena.building)
+    here = evaluation.arena.drawn, evaluation.arena.scenario
+    digests = {word: meaning_of(files.get(word, word), *here) for word in words}
+    digests[MAP] = _meaning_of_map(evaluation.arena)
     known = {word: found for word, found in digests.items() if found}
     return replace(evaluation, digests=known)
 
 
-def _meaning_of_map(name: str) -> dict[str, str]:
-    """Digest the drawing that a map's name loads; nothing where there is none."""
+def _meaning_of_map(arena: Arena) -> dict[str, str]:
+    """Digest the drawing that a map's name loads; nothing where there is none.
+
+    One that differs from the arena's in names and labels alone counts as the same.
+    """
+    name = arena.building
     if "\n" in name:  # it is the map itself
         return {}
     try:
@@ -279,6 +315,8 @@ def _meaning_of_map(name: str) -> dict[str, str]:
         return {name: ""}
     if drawing is None:
         return {}
+    if same_cells(drawing, arena.drawn.drawing):
+        drawing = arena.drawn.drawing
     return {name: _digest_of_drawing(drawing)}
 
 

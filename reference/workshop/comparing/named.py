@@ -16,7 +16,7 @@ from reference.simulation import Simulation
 from reference.workshop.storage.files import refuse_no_file
 from reference.workshop.storage.records import did_you_mean, first_line
 from reference.workshop.storage.runs import digest_of
-from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
+from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SCRIPTS, SHIPPED
 from reference.workshop.strategies.own import (
     CODE,
     code_digests,
@@ -28,6 +28,7 @@ from reference.workshop.strategies.worst_case import DisturbedRobots, WorstCase
 WORST = "worst-case"
 
 FILE = "FILE"
+LEARNED_WHERE = "a network for the paper's building, another for any map"
 
 PLAYERS: dict[Side, Mapping[str, Callable[[], Any]]] = {
     **SCRIPTS,
@@ -35,7 +36,7 @@ PLAYERS: dict[Side, Mapping[str, Callable[[], Any]]] = {
 }
 DESCRIPTIONS: dict[Side, dict[str, str]] = {
     side: {word: first_line(player) for word, player in players.items()}
-    | {LEARNED: f"{do} what the network that ships has learned."}
+    | {LEARNED: f"{do} what ships as learned: {LEARNED_WHERE}."}
     | {FILE: f"{do} what a network has learned: a checkpoint, or a training's folder."}
     | {CODE: f"{do} what your code decides, imported from the current folder."}
     for (side, players), do in zip(PLAYERS.items(), ("Do", "Does"), strict=True)
@@ -47,6 +48,8 @@ PLAYER_NAMES = {side: tuple(words) for side, words in DESCRIPTIONS.items()}
 
 def describe(word: str, side: Side) -> str:
     """Say who plays a side in words: "escort, lead people out at once ..."."""
+    if word == ANY_MAP:
+        return f"{word}: a network that knows no building"
     kind = CODE if is_code(word) else FILE
     about = (
         DESCRIPTIONS[side]
@@ -77,16 +80,20 @@ def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
     return POLICIES[side](word, sample)
 
 
-def meaning_of(word: str) -> dict[str, str]:
-    """Digest the files that a word of NAMES means, by their names; none for a script.
+def meaning_of(word: str, building: Building, scenario: Scenario) -> dict[str, str]:
+    """Digest the files that a word of NAMES means there, by their names.
 
-    A network's bytes; of code, the module and all that it imports from its folder.
-    Raises InputError for code that is not there, OSError for a file it cannot read.
+    None for a script. A network's bytes; of code, the module and all that it imports
+    from its folder. Raises InputError for code that is not there, OSError for a file
+    it cannot read.
     """
     if any(word in players for players in PLAYERS.values()):
         return {}
     if word == LEARNED:
-        return {SHIPPED.name: digest_of(SHIPPED.read_bytes())}
+        ships = SHIPPED
+        if title_of(word, building, scenario) == ANY_MAP:
+            ships = ANYWHERE
+        return {ships.name: digest_of(ships.read_bytes())}
     if is_code(word):
         return code_digests(word)
     refuse_no_file(Path(word))
@@ -94,14 +101,22 @@ def meaning_of(word: str) -> dict[str, str]:
 
 
 def strategy_of(given: Any, side: Side, building: Building, scenario: Scenario) -> Any:
-    """Make a strategy that is given by a word; refuse one that has learned elsewhere.
+    """Make a strategy that is given by a word; of what has learned, what plays there.
 
-    Raises as `strategy_named` does, and what is raised by `refuse_elsewhere`.
+    Raises as `strategy_named` does, and InputError for what cannot play there.
     """
     made = strategy_named(given, side) if isinstance(given, str) else given
-    if hasattr(made, "refuse_elsewhere"):
-        made.refuse_elsewhere(building, scenario)
+    if hasattr(made, "playing_in"):
+        return made.playing_in(building, scenario)
     return made
+
+
+def title_of(word: str, building: Building, scenario: Scenario) -> str:
+    """What tables and pictures call who plays by a word there."""
+    if word != LEARNED:
+        return word
+    title: str = strategy_of(word, "robots", building, scenario).title
+    return title
 
 
 def refuse_unknown(word: str, side: Side, known: Sequence[str]) -> None:

@@ -55,4 +55,10 @@ LEARNED = "learned"
 """Name, on both sides, of the policies that ship."""
 
 SHIPPED = Path(__file__).with_name("learned.pt")
-"""Their checkpoint, weights alone, with how they learned."""
+"""Their checkpoint, weights alone, with how they learned; for the paper's building."""
+
+ANYWHERE = Path(__file__).with_name("learned_anywhere.pt")
+"""The checkpoint that plays elsewhere, for any number of people and robots."""
+
+ANY_MAP = f"{LEARNED}, any map"
+"""What tables and pictures say where it plays."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from reference.building import Building, Kind, Landmark, lengths
 from reference.fire import Decision, RandomFire, decision_at, free_places
-from reference.navigation import navigation_of
+from reference.navigation import Navigation, navigation_of
 from reference.workshop.strategies.observed import lightable, nearest_places
 from reference.workshop.strategies.traffic import places_walked, traffic
 from reference.world import World
@@ -130,14 +130,25 @@ def busiest(world: World, count: int) -> list[Decision]:
     walking = bodies.place[bodies.walking]
     passed, out = traffic(world.building, walking, stairs, world.flames.cost)
     people = passed * free_places(world)
+    return [decision_at(world, p) for p in apart(nav, people, out, count)]
+
+
+def apart(
+    nav: Navigation, people: np.ndarray, out: np.ndarray, count: int
+) -> list[int]:
+    """List at most `count` places that most people cross, none within APART_METRES.
+
+    people, out: (places,) how many cross each, and metres from there to the way out;
+    among equals, those nearest to the way out come first
+    """
     order = np.flatnonzero(people)
     order = order[np.lexsort((out[order], -people[order]))]  # the last key counts first
 
     # take the first, leave out all that lie near it, and so on
-    places: list[Decision] = []
+    places: list[int] = []
     while len(order) and len(places) < count:
-        p = order[0]
-        places.append(decision_at(world, p))
+        p = int(order[0])
+        places.append(p)
         metres = lengths(nav.centres[order] - nav.centres[p])
         same_floor = order // nav.floor_size == p // nav.floor_size
         order = order[~same_floor | (metres >= APART_METRES)]

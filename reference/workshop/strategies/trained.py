@@ -27,7 +27,7 @@ from reference.game.observations import (
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.robots import Destinations
-from reference.workshop.maps import load
+from reference.workshop.maps import load, same_cells
 from reference.world import Robot, World
 
 
@@ -35,6 +35,7 @@ class Trained(ABC):
     """A policy of one building and scenario; it remembers no decision.
 
     name, building, scenario  what it has learned in
+    title  what tables and pictures call it, if not by the word that names it
     numbers  of the paper, by name, as they were then; none where nobody knows
     """
 
@@ -42,25 +43,39 @@ class Trained(ABC):
     name: str
     building: Building
     scenario: Scenario
+    title: str = ""
     numbers: Mapping[str, Any] = MappingProxyType({})
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Trained":
         """Itself: copies of a simulation share the network."""
         return self
 
-    def refuse_elsewhere(self, building: Building, scenario: Scenario) -> None:
-        """Raise InputError unless the policy can read such a world.
+    def misfit(self, building: Building, scenario: Scenario) -> str:
+        """Say why the policy cannot read such a world; nothing if it can.
 
-        It needs the same drawing and numbers of people, robots, sources and seconds
-        between decisions as in training. Where people start, how far they see, how
-        flames spread, rule D6 and the time limit may differ.
+        It needs the same cells and numbers of people, robots, sources and seconds
+        between decisions as in training. Names in the map, where people start, how far
+        they see, how flames spread, rule D6 and the time limit may differ.
         """
-        if self.building.drawing != building.drawing:
-            raise InputError(
+        if not same_cells(self.building.drawing, building.drawing):
+            return (
                 f"it has learned in {self.building.title}, not in this drawing of "
                 f"{building.title}. Name the building that it learned in."
             )
-        refuse_other_counts(self.side, building, self.scenario, scenario)
+        return other_counts(self.side, building, self.scenario, scenario)
+
+    def refuse_elsewhere(self, building: Building, scenario: Scenario) -> None:
+        """Raise InputError unless the policy can read such a world."""
+        if why := self.misfit(building, scenario):
+            raise InputError(why)
+
+    def playing_in(self, building: Building, scenario: Scenario) -> "Trained":
+        """Return the policy that plays there, which may be another one.
+
+        Raises InputError where none can.
+        """
+        self.refuse_elsewhere(building, scenario)
+        return self
 
     @abstractmethod
     def decisions(self, vectors: np.ndarray, world: World, rng: Rng) -> list[Any]:
@@ -74,6 +89,8 @@ class TrainedRobots(Trained):
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Choose the next destination of each of these robots, metres."""
+        if not robots:
+            return []
         layout = vector_layout(world.building, self.scenario)
         (vectors,) = robot_vectors([world], layout)
         decided = self.decisions(vectors, world, rng)
@@ -97,17 +114,26 @@ class TrainedFire(Trained):
 def refuse_other_counts(
     side: Side, building: Building, trained: Scenario, scenario: Scenario
 ) -> None:
-    """Raise InputError where a policy's inputs would mean something else.
+    """Raise InputError where a policy's inputs would mean something else."""
+    if why := other_counts(side, building, trained, scenario):
+        raise InputError(why)
+
+
+def other_counts(
+    side: Side, building: Building, trained: Scenario, scenario: Scenario
+) -> str:
+    """Say which of a policy's inputs would mean something else; nothing if none.
 
     trained: the scenario in which the policy of a side has learned
     """
     own = _counts(building, trained)
     for name, count in _counts(building, scenario).items():
         if count != own[name]:
-            raise InputError(
+            return (
                 f"its {side} learned with {name}={own[name]:g}; here it is {count:g}. "
                 "Take the same, or train for it."
             )
+    return ""
 
 
 def _counts(building: Building, scenario: Scenario) -> dict[str, float]:

@@ -1,9 +1,12 @@
 """Learned policies as strategies: a checkpoint can replace a strategy's name.
 
-It decides as the hand-written ones do, in metres.
+It decides as the hand-written ones do, in metres. A network with a head of sets plays
+in every building, for any number of people, robots and sources; others where they have
+learned. What ships as `learned` is one of each.
 """
 
 import sys
+from copy import copy
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +17,11 @@ from reference.game.codec import Moment, decided
 from reference.learning.players import LearnedNetwork
 from reference.learning.settings import Side
 from reference.paper import Scenario
+from reference.workshop.maps import load
 from reference.workshop.storage.files import errors_naming
 from reference.workshop.storage.runs import other_numbers
 from reference.workshop.storage.workers import one_thread
-from reference.workshop.strategies import SCRIPTS
+from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SCRIPTS
 from reference.workshop.strategies.trained import Trained, TrainedFire, TrainedRobots
 from reference.workshop.training.checkpoints import (
     Checkpoint,
@@ -25,13 +29,17 @@ from reference.workshop.training.checkpoints import (
     load_checkpoint,
     must_fit,
 )
+from reference.workshop.training.families import HEADS_OF_SEVERAL
 from reference.world import World
 
 
 class LearnedPolicy(Trained):
     """One side of a checkpoint.
 
-    learned  its network;  task  the training
+    learned  its network;  task  the training;  where  it has learned, in words
+    title    what tables and pictures call it
+    building, scenario  what it has learned in, the paper's building where it learned in
+             several; of `playing_in`, where it plays
     """
 
     def __init__(self, source: str | Path | Checkpoint, sample: bool = False):
@@ -44,13 +52,16 @@ class LearnedPolicy(Trained):
             source if isinstance(source, Checkpoint) else load_checkpoint(source)
         )
         self.task = checkpoint.task
-        self.name = self.task.building
-        self.building = building_of(self.task.plans[0])
+        family = self.task.family
+        self.name = "paper" if family else self.task.building
+        self.building = load("paper") if family else building_of(self.task.plan)
+        self.where = family.about() if family else self.building.title
         self.scenario = self.task.settings.scenario
         self.numbers = checkpoint.numbers
 
         who = checkpoint.player(self.side)
         name = "the checkpoint" if source is checkpoint else source
+        self.title = ANY_MAP if source == ANYWHERE else str(name)
         if not isinstance(who, LearnedNetwork):
             raise CheckpointError(
                 f"{name}: nobody learned for the {self.side} there. Write "
@@ -61,6 +72,34 @@ class LearnedPolicy(Trained):
         # Damaged files are refused here, not in the middle of an evaluation.
         with must_fit(name, "its network does not fit its settings"):
             self.player = who.player(self.side, self.building, self.scenario)
+
+    @property
+    def anywhere(self) -> bool:
+        """Whether there is no building in its network."""
+        return getattr(self.learned.settings, "head", "") in HEADS_OF_SEVERAL
+
+    def misfit(self, building: Building, scenario: Scenario) -> str:
+        """Say why it cannot read such a world; nothing if it can."""
+        if self.anywhere or self.title == LEARNED:
+            return ""
+        return super().misfit(building, scenario)
+
+    def playing_in(self, building: Building, scenario: Scenario) -> "LearnedPolicy":
+        """Return the policy that plays there; LEARNED is another one elsewhere.
+
+        Raises InputError where none can.
+        """
+        if not super().misfit(building, scenario):
+            return self
+        if self.title == LEARNED:
+            return type(self)(ANYWHERE, self.sample).playing_in(building, scenario)
+        self.refuse_elsewhere(building, scenario)
+        there = copy(self)
+        there.building = building
+        there.scenario = scenario
+        if scenario.robots_per_floor or self.side == "fire":  # there is who decides
+            there.player = self.learned.player(self.side, building, scenario)
+        return there
 
     def decisions(
         self, vectors: np.ndarray, world: World, rng: np.random.Generator
@@ -94,10 +133,11 @@ def fixed_player(
     """
     if word in SCRIPTS[side]:
         return word
-    policy = POLICIES[side](word)
-    if building is not None:
-        with errors_naming(f"{side} {word}"):
-            policy.refuse_elsewhere(building, scenario)
+    with errors_naming(f"{side} {word}"):
+        if building is not None:
+            policy = POLICIES[side](word).playing_in(building, scenario)
+        else:
+            policy = POLICIES[side](ANYWHERE if word == LEARNED else word)
     numbers = other_numbers(policy.numbers)
     if numbers:
         print(f"note: {side} {word}: learned with {numbers}", file=sys.stderr)

@@ -79,8 +79,6 @@ class Settings:
         for row in ROBOTS_ONLY:
             if getattr(self.fire, row):
                 raise SettingsError(f"fire: {row} is about robots only")
-        if self.fire.head == "set":
-            raise SettingsError("fire: head set is about robots only")
         if not self.stand_ins:
             raise SettingsError("stand_ins: name at least one fire")
         for name in {*self.stand_ins} - {*FIRES}:

@@ -419,10 +419,9 @@ def _refuse_family(task: Task, family: Family) -> None:
             tables = [who.settings for who in played if not isinstance(who, str)]
         heads = [table.head for table in tables]
         for head in {*heads} - {*HEADS_OF_SEVERAL}:
-            hint = "--head set" if side == "robots" else "--fire random busiest"
             raise SettingsError(
                 f"{side}: head {head} knows one building, and here are several. Take "
-                f"{hint}."
+                "--head set."
             )
 
 

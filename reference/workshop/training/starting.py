@@ -13,6 +13,7 @@ from reference.paper import InputError
 from reference.workshop import maps
 from reference.workshop.storage.runs import refuse_numbers, refuse_version
 from reference.workshop.storage.scenarios import kept_fields, with_stated
+from reference.workshop.strategies.observed import lightable
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import CheckpointError, Task
 from reference.workshop.training.families import RANDOM, Family, family_of
@@ -66,6 +67,8 @@ def begin_training(asked: Namespace) -> Training:
         if not initial:
             raise CheckpointError(f"{path}: nobody learned there who learns here.")
 
+    if building is not None and "fire" not in fixed and not lightable(building).any():
+        raise InputError("nothing can burn there. Draw more, or take --fire none.")
     task = Task(
         building=" ".join(names),
         plan="" if building is None else maps.plan_of(building),
@@ -94,11 +97,12 @@ def _settings(asked: Namespace) -> Settings:
         trainer_type=asked.trainer or made.robots.trainer_type,
         head=asked.head or made.robots.head,
     )
+    fire = replace(made.fire, head=asked.head or made.fire.head)
     stated = asked.scenario or {}
     if asked.robots == ["none"]:  # none stand there, and the fire observes none
         stated = {"robots_per_floor": 0, **stated}
     scenario = with_stated(made.scenario, stated, "scenario")
-    return replace(made, robots=robots, scenario=scenario)
+    return replace(made, robots=robots, fire=fire, scenario=scenario)
 
 
 def resume_training(folder: Path) -> Training:
@@ -122,7 +126,8 @@ def _refuse_other_map(task: Task) -> None:
         if "\n" in name:  # it is the map itself
             continue
         now = maps.drawing_now(name)
-        if now is not None and now != building_of(plan).drawing:
+        known = building_of(plan).drawing
+        if now is not None and not maps.same_cells(now, known):
             raise InputError(
                 f"{name} has changed since. Give it its old drawing, or begin anew in "
                 "another folder."
