@@ -146,8 +146,8 @@ def _counted(building: Building) -> tuple[str, dict[str, Any]]:
         )
     for mark in exits_without_a_word(building):
         print_note(
-            f"note: {mark.id}: no robot can send people to this exit; so near stairs it "
-            "goes into the stairwell [C6]. Draw the exit "
+            f"note: {mark.id}: no robot can send people to this exit; so near stairs "
+            "it goes into the stairwell [C6]. Draw the exit "
             f"{paper.NEAR_STAIRWELL:g} m from the stairwell's middle, or farther."
         )
 

@@ -21,7 +21,7 @@ from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.storage.scenarios import kept_fields, list_keys
 
-Played = TypeVar("Played", Cell, RunResult)
+Met = TypeVar("Met", Cell, RunResult)
 
 NO_BASELINE = (
     "no E on a baseline of this building: name a scripted guide among --robots, such "
@@ -201,7 +201,7 @@ def _print_and_keep_all(
     print_note(f"tables and pictures are in {out}, those of a building below it")
 
 
-def _with_titles(rows: Sequence[Played], evaluation: Evaluation) -> list[Played]:
+def _with_titles(rows: Sequence[Met], evaluation: Evaluation) -> list[Met]:
     """Rows of robots and fires by their titles: which `learned` it was."""
     titles = evaluation.titles
     return [

@@ -271,7 +271,7 @@ def _means(building: Building, way: Landmark) -> Destination | None:
 
 
 def exits_without_a_word(building: Building) -> list[Landmark]:
-    """List the exits that robots cannot mean: beside them Eq. 1 leads to stairs [C6]."""
+    """List exits that robots cannot mean: beside them Eq. 1 leads to stairs [C6]."""
     exits = [mark for mark in building.landmarks if mark.kind is Kind.EXIT]
     return [mark for mark in exits if _means(building, mark) is None]
 
