@@ -16,9 +16,9 @@ from reference.workshop.comparing.named import strategy_named
 from reference.workshop.engine import together
 from reference.workshop.measuring import branching
 from reference.workshop.measuring.branching import (
-    RIM,
-    STAY,
-    WAY_OUT,
+    TO_RIM,
+    TO_STAY,
+    TO_WAY_OUT,
     Held,
     branches,
     choices_of,
@@ -132,7 +132,7 @@ def test_a_robot_may_be_sent_to_each_of_its_targets_once():
     (robot,) = sim.world.robots
     choices = choices_of(sim, robot)
     kinds = [choice.kind for choice in choices]
-    assert kinds.count(WAY_OUT) == kinds.count(RIM) == 2 and kinds[-1] == STAY
+    assert kinds.count(TO_WAY_OUT) == kinds.count(TO_RIM) == 2 and kinds[-1] == TO_STAY
     targets = [actual_target(sim.building, 0, *choice.point) for choice in choices]
     assert len(set(targets)) == len(targets)
 
@@ -160,9 +160,9 @@ def test_the_exit_that_is_near_enough_is_the_best_choice():
     sim = hall()
     (robot,) = sim.world.robots
     worth = worth_of(sim, robot, 4, ROUNDS)
-    assert worth.best.kind == WAY_OUT and worth.best.point[0] < robot.position[0]
+    assert worth.best.kind == TO_WAY_OUT and worth.best.point[0] < robot.position[0]
     assert worth.gain == worth.believed > 1
-    assert own_kind(sim, robot, choices_of(sim, robot)) == STAY
+    assert own_kind(sim, robot, choices_of(sim, robot)) == TO_STAY
 
 
 def test_the_own_decision_gains_exactly_nothing():
@@ -172,7 +172,7 @@ def test_the_own_decision_gains_exactly_nothing():
     choices = choices_of(sim, robot)
     near = min(choices, key=lambda choice: choice.point[0])
     sim.robot_strategy = Held(sim.robot_strategy, robot.body, near.point, 99)
-    assert own_kind(sim, robot, choices) == near.kind == WAY_OUT
+    assert own_kind(sim, robot, choices) == near.kind == TO_WAY_OUT
     own, same = saved(branches(sim, robot, [None, near], 4, (1, 2, 3)))
     assert own.tolist() == same.tolist()
     worth = worth_of(sim, robot, 4, ROUNDS)
@@ -206,7 +206,7 @@ def test_it_finds_where_a_guard_would_stand():
         together([sim])
     (robot, *_) = sim.world.robots
     worth = worth_of(sim, robot, 1, ((1, 2), (3, 4, 5, 6), (7, 8, 9, 10)))
-    assert (worth.best.kind, worth.best.point) == (RIM, (17.5, -11.5))
+    assert (worth.best.kind, worth.best.point) == (TO_RIM, (17.5, -11.5))
     assert worth.gain > 2
 
 

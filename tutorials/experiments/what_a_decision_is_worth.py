@@ -34,9 +34,9 @@ from reference.workshop.comparing.named import strategy_named
 from reference.workshop.drawing import page
 from reference.workshop.engine import make_ready, together
 from reference.workshop.measuring.branching import (
+    CHOICE_KINDS,
     FUTURES,
-    KINDS,
-    RIM,
+    TO_RIM,
     Choice,
     branches,
     choices_of,
@@ -172,7 +172,7 @@ def measured(job):
         own = own_kind(run, robot, choices_of(run, robot))
         guards = guards_error = nan
         if drawn.guard is not None:
-            stands = Choice(RIM, drawn.guard, nan, True)
+            stands = Choice(TO_RIM, drawn.guard, nan, True)
             pair = branches(run, robot, [None, stands], job.held, rounds[-1])
             usual, guarded = saved(pair)
             guards, guards_error = mean_and_error(guarded - usual)
@@ -303,7 +303,7 @@ def groups(rows):
         yield f"{low} to {high} s", part
     for floor in sorted({row.floor for row in rows}):
         yield f"floor {floor + 1}", [row for row in rows if row.floor == floor]
-    for kind in (*KINDS, OWN):
+    for kind in (*CHOICE_KINDS, OWN):
         yield f"best: {kind}", [row for row in rows if row.kind == kind]
     yield "best: masked", [row for row in rows if not row.helps]
 

@@ -110,7 +110,7 @@ def _begin_or_resume(arguments: Namespace) -> dict[str, Evaluation]:
 
 
 @dataclass(frozen=True)
-class Summary:
+class SummedUp:
     """What the runs in one building come to; report: for programs."""
 
     evaluation: Evaluation
@@ -137,7 +137,7 @@ class Summary:
 
 def _sum_up(
     arguments: Namespace, evaluation: Evaluation, played: Sequence[RunResult]
-) -> Summary:
+) -> SummedUp:
     """Sum up all runs in one building."""
     arena = evaluation.arena
     ruler = paper_ruler()
@@ -152,10 +152,10 @@ def _sum_up(
     # as people are to read who played
     cells = _with_titles(cells, evaluation)
     played = _with_titles(played, evaluation)
-    return Summary(evaluation, played, baseline, cells, report)
+    return SummedUp(evaluation, played, baseline, cells, report)
 
 
-def _keep(folder: Path, summary: Summary) -> None:
+def _keep(folder: Path, summary: SummedUp) -> None:
     """Write table and pictures beside the runs in one building."""
     write_json(folder / "cells.json", summary.report)
     arena = summary.evaluation.arena

@@ -21,17 +21,17 @@ from reference.workshop.drawing.page import COLOURS, Style
 from reference.workshop.strategies.guides import Escort
 
 MOMENT = 10.0  # s, when people have begun to walk and robots are under way
-SEED = 0
+EXAMPLE_SEED = 0
 _PALE = 0.45  # of the floors
 
 KEEPING, STAYING = "keep: where the robot is headed", "stay: where it stands"
 WAY_OUT, FOOT_OF_STAIRS = "way out", "foot of stairs, where people come out"
 GUARDED, LOST = "where to guard a way from fire", "a person whom nobody leads"
-ROBOT, PERSON = "robot", "another person, no anchor"
+A_ROBOT, PERSON = "robot", "another person, no anchor"
 
 
 ANCHOR_LOOKS: dict[str, Style] = {
-    ROBOT: marker("D", 7, "white", INK, 1.8) | {"zorder": 6},
+    A_ROBOT: marker("D", 7, "white", INK, 1.8) | {"zorder": 6},
     STAYING: marker("o", 13, "none", page.BLUE, 1.8) | {"zorder": 6},
     KEEPING: marker("+", 13, INK, INK, 2) | {"zorder": 7},
     WAY_OUT: marker("*", 15, COLOURS[Kind.EXIT], "white", 0.8) | {"zorder": 5},
@@ -56,9 +56,9 @@ def anchors(building: Building) -> Figure:
         panels[floor].set_title(f"{name}, {count} anchors")
     _draw_people(simulation, panels)
     for robot in simulation.world.robots:
-        panels[robot.floor].plot(*robot.position, **ANCHOR_LOOKS[ROBOT])
+        panels[robot.floor].plot(*robot.position, **ANCHOR_LOOKS[A_ROBOT])
 
-    there = {kind for by_kind in found.values() for kind in by_kind} | {ROBOT, PERSON}
+    there = {kind for by_kind in found.values() for kind in by_kind} | {A_ROBOT, PERSON}
     marks = page.samples(
         {kind: ANCHOR_LOOKS[kind] for kind in ANCHOR_LOOKS if kind in there}
     )
@@ -71,7 +71,7 @@ def moment_of(building: Building) -> Simulation:
     cells = (building.kind == Kind.FLOOR).sum(axis=(1, 2))
     people = min(paper.PEOPLE, int(cells.min()) * building.floors)
     scenario = Scenario(people=people, robots_per_floor=1)
-    simulation = Simulation(building, scenario, Escort(), NoFire(), SEED)
+    simulation = Simulation(building, scenario, Escort(), NoFire(), EXAMPLE_SEED)
     while simulation.world.time < MOMENT and not simulation.done:
         simulation.step()
     return simulation

@@ -66,7 +66,7 @@ def read_map(path: str | PathLike[str]) -> Drawing:
 def parse_map(text: str, path: str = "<text>") -> Drawing:
     """Read the drawing in a text, called `path` in messages. Raises MistakesError."""
     text = text.removeprefix("\ufeff")
-    lines = lines_of(text[:MOST_SIGNS])
+    lines = lines_of_plan(text[:MOST_SIGNS])
     if len(text) > MOST_SIGNS or len(lines) > MOST_LINES:
         end = Line(len(lines), lines[-1])
         _refuse([end.mistake("too-long", lines=MOST_LINES, signs=MOST_SIGNS)], path)
@@ -81,7 +81,7 @@ def parse_map(text: str, path: str = "<text>") -> Drawing:
     return drawing
 
 
-def lines_of(text: str) -> list[str]:
+def lines_of_plan(text: str) -> list[str]:
     """Split a text into lines, of which one more than a map may have is the last."""
     return re.split(r"\r\n?|\n", text.removeprefix("\ufeff"), maxsplit=MOST_LINES)
 

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.random import Generator as Rng
 
 WALL = 0
-OUTSIDE = -1
+OUTDOORS = -1
 YARD = -2  # no way out leads there
-STAIRS = (-3, -4)  # of stairwells A and B
+STAIR_ROOMS = (-3, -4)  # of stairwells A and B
 
 LEAST_ROOM = 3  # [A1, chosen] metres between the walls of a room
 LEAST_WING = 4  # [A1, chosen] metres of what lies on either side of a corridor
@@ -78,7 +78,7 @@ class Box:
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class FloorLayout:
     """A floor that is divided; corridors: numbers of the rooms that are one."""
 
     rooms: np.ndarray
@@ -102,7 +102,7 @@ def divide(
     blocks: Sequence[Box],
     wanted: int,
     corridors: int,
-) -> Layout:
+) -> FloorLayout:
     """Divide the body into so many rooms, or as many as fit, corridors counted.
 
     shape: rows and columns of the drawing
@@ -269,7 +269,7 @@ class _Rooms:
         """Is one of its boxes a corridor?"""
         return room < self.corridors
 
-    def layout(self) -> Layout:
+    def layout(self) -> FloorLayout:
         """Paint the rooms, without walls in them."""
         number = {room: k for k, room in enumerate(sorted({*self.room}), 1)}
         rooms = np.full(self.shape, WALL)
@@ -280,7 +280,7 @@ class _Rooms:
                 rooms[cells] = number[self.room[one]]
         _take_pillars_away(rooms)
         corridors = {k for room, k in number.items() if self.is_corridor(room)}
-        return Layout(rooms, frozenset(corridors))
+        return FloorLayout(rooms, frozenset(corridors))
 
 
 def _wall_between(one: Box, other: Box) -> Cells | None:

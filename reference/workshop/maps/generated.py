@@ -25,13 +25,13 @@ from reference.floorplan import STAIRWELLS
 from reference.paper import InputError
 from reference.workshop.maps.dividing import (
     LEAST_ROOM,
-    OUTSIDE,
-    STAIRS,
+    OUTDOORS,
+    STAIR_ROOMS,
     WALL,
     YARD,
     Border,
     Box,
-    Layout,
+    FloorLayout,
     borders,
     divide,
 )
@@ -45,10 +45,10 @@ SHAFT = (4, 5)  # rows and columns of a stairwell from wall to wall, as in the p
 LEAST_INSIDE = 16  # cells of the sides of a main body that may have stairs in it
 LEAST_WINGS = 24  # cells of the sides of a main body that may have a yard or wings
 
-NAMES: dict[str, Any] = tomllib.loads(
+ROOM_NAMES: dict[str, Any] = tomllib.loads(
     Path(__file__).with_name("names.toml").read_text("utf-8")
 )
-KINDS = [kind for kind in NAMES if kind.istitle()]
+HOUSE_KINDS = [kind for kind in ROOM_NAMES if kind.istitle()]
 
 Walls: TypeAlias = Mapping[tuple[int, int], Sequence[Border]]
 Blocks: TypeAlias = list[tuple[int, Box]]
@@ -71,7 +71,7 @@ def generated_text(
     """
     _refuse(seed, width, height, floors)
     rng = np.random.default_rng((seed, width, height, floors))
-    kind = str(rng.choice(KINDS))
+    kind = str(rng.choice(HOUSE_KINDS))
 
     # a main body, with place around it for stairs
     around = SHAFT[0] + 1
@@ -87,7 +87,7 @@ def generated_text(
     storeys = []
     for number, layout in enumerate(layouts):
         rooms = _with_blocks(layout.rooms, body, blocks)
-        storeys.append(_drawn(rng, kind, Layout(rooms, layout.corridors), number))
+        storeys.append(_drawn(rng, kind, FloorLayout(rooms, layout.corridors), number))
 
     head = [
         "; Drawn by lot. The same command draws it again:",
@@ -96,7 +96,7 @@ def generated_text(
         "",
         f"building: {kind} {seed}",
     ]
-    return _written(head, NAMES[kind]["floors"], storeys)
+    return _written(head, ROOM_NAMES[kind]["floors"], storeys)
 
 
 def _refuse(seed: int, width: int, height: int, floors: int) -> None:
@@ -122,14 +122,14 @@ def _refuse(seed: int, width: int, height: int, floors: int) -> None:
 
 def _divided(
     rng: Rng, shape: tuple[int, int], body: Box, blocks: Blocks, floors: int
-) -> list[Layout]:
+) -> list[FloorLayout]:
     """Divide all floors, each into fewer rooms than the one below [A2]."""
     boxes = [box for _, box in blocks]
     side = sqrt(body.area - sum(box.area for box in boxes))  # of a square as large
     wanted = max(round(side * (0.32 + 0.2 * rng.random())), 2)
     corridors = int(rng.integers(int(side > 14), 2 + int(side) // 20))
 
-    layouts = list[Layout]()
+    layouts = list[FloorLayout]()
     for _ in range(floors):
         corridors = min(corridors, 1 + wanted // 5)
         layout = divide(rng, shape, body, boxes, wanted, corridors)
@@ -155,7 +155,7 @@ def _outline(rng: Rng, body: Box) -> Blocks:
             low - 1 if rng.random() < 0.5 else high + 1 - size
             for low, high, size in zip(body.low, body.high, sizes, strict=True)
         ]
-        return [(OUTSIDE, _box_at(starts, sizes))]
+        return [(OUTDOORS, _box_at(starts, sizes))]
     if form < 0.35:
         starts = [
             low + int((high - low - size) * (0.4 + 0.2 * rng.random()))
@@ -186,7 +186,7 @@ def _put_stairs_inside(
 ) -> list[tuple[int, int]]:
     """Add stairwells in the main body to the blocks; return the others, with sides."""
     beside = []
-    for sign, side in zip(STAIRS, sides, strict=False):
+    for sign, side in zip(STAIR_ROOMS, sides, strict=False):
         starts = _starts(body, side)
         low, high = starts[0], starts[-1]
         shafts = [
@@ -209,7 +209,7 @@ def _put_stairs_beside(
     body: Box,
     blocks: Blocks,
     wanted: Sequence[tuple[int, int]],
-    layouts: Sequence[Layout],
+    layouts: Sequence[FloorLayout],
 ) -> None:
     """Add stairwells beside the main body to the blocks, behind corridors if it can."""
     for sign, side in wanted:
@@ -247,12 +247,12 @@ def _shaft_at(body: Box, side: int, at: int, is_inside: bool) -> Box:
 
 def _with_blocks(rooms: np.ndarray, body: Box, blocks: Blocks) -> np.ndarray:
     """Put stairwells, yards and the outside around the rooms of a floor."""
-    whole = np.full(rooms.shape, OUTSIDE)
+    whole = np.full(rooms.shape, OUTDOORS)
     whole[body.whole] = rooms[body.whole]
     for sign, box in blocks:
-        if sign in STAIRS:
+        if sign in STAIR_ROOMS:
             within = whole[box.whole]
-            whole[box.whole] = np.where(within == OUTSIDE, WALL, within)
+            whole[box.whole] = np.where(within == OUTDOORS, WALL, within)
         whole[box.inside] = sign
     return whole
 
@@ -260,13 +260,13 @@ def _with_blocks(rooms: np.ndarray, body: Box, blocks: Blocks) -> np.ndarray:
 # -- Doors, entrances, exits --------------------------------------------------------
 
 
-def _drawn(rng: Rng, kind: str, layout: Layout, number: int) -> np.ndarray:
+def _drawn(rng: Rng, kind: str, layout: FloorLayout, number: int) -> np.ndarray:
     """Draw the signs of a floor; number: 0 for the ground floor, which has exits."""
     rooms = layout.rooms
     signs = np.full(rooms.shape, ".")
     signs[rooms == WALL] = "#"
-    signs[(rooms == OUTSIDE) | (rooms == YARD)] = " "
-    for letter, sign in zip(STAIRWELLS, STAIRS, strict=False):
+    signs[(rooms == OUTDOORS) | (rooms == YARD)] = " "
+    for letter, sign in zip(STAIRWELLS, STAIR_ROOMS, strict=False):
         signs[rooms == sign] = letter
 
     walls: dict[tuple[int, int], list[Border]] = {}
@@ -277,7 +277,7 @@ def _drawn(rng: Rng, kind: str, layout: Layout, number: int) -> np.ndarray:
     entered = set[int]()
     if number == 0:
         entered = _cut_exits(rng, signs, walls, layout)
-    _write_names(rng, signs, layout, entered, NAMES[kind]["rooms"])
+    _write_names(rng, signs, layout, entered, ROOM_NAMES[kind]["rooms"])
     return signs
 
 
@@ -305,14 +305,16 @@ def _cut_entrances(
     rng: Rng, signs: np.ndarray, walls: Walls, corridors: frozenset[int]
 ) -> None:
     """Let each stairwell be entered, from a corridor if one is beside it [A3]."""
-    for sign in STAIRS:
+    for sign in STAIR_ROOMS:
         rooms = sorted(room for well, room in walls if well == sign and room > WALL)
         if rooms:
             ranks = [(room in corridors) + rng.random() for room in rooms]
             _open(rng, signs, walls[sign, rooms[int(np.argmax(ranks))]], "+", 2)
 
 
-def _cut_exits(rng: Rng, signs: np.ndarray, walls: Walls, layout: Layout) -> set[int]:
+def _cut_exits(
+    rng: Rng, signs: np.ndarray, walls: Walls, layout: FloorLayout
+) -> set[int]:
     """Cut one to four exits, far from each other [A4]; return the rooms behind.
 
     They lie rather at the end of a corridor than in a closet.
@@ -320,7 +322,7 @@ def _cut_exits(rng: Rng, signs: np.ndarray, walls: Walls, layout: Layout) -> set
     pieces = [
         (room, piece)
         for (out, room), found in sorted(walls.items())
-        if out == OUTSIDE and room > WALL
+        if out == OUTDOORS and room > WALL
         for piece in found
     ]
     ranks = []
@@ -370,7 +372,7 @@ def _open(
 def _write_names(
     rng: Rng,
     signs: np.ndarray,
-    layout: Layout,
+    layout: FloorLayout,
     entered: set[int],
     words: Sequence[str],
 ) -> None:
@@ -378,11 +380,11 @@ def _write_names(
     sizes = layout.sizes
     used = set[str]()
     for room in np.argsort(-sizes, kind="stable")[: layout.count].tolist():
-        pool = [*words, *NAMES["spare"]]
+        pool = [*words, *ROOM_NAMES["spare"]]
         if room in layout.corridors:
-            pool = NAMES["corridors"]
+            pool = ROOM_NAMES["corridors"]
         elif room in entered:
-            pool = NAMES["entrances"] + pool
+            pool = ROOM_NAMES["entrances"] + pool
         row, column, length = _line_for_a_name(layout.rooms == room)
         name = _name_of(rng, pool, used, length)
         used.add(name)

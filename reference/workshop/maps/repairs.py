@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import chain, count
 from pathlib import Path
 
-from reference.workshop.maps import MOST_SIGNS, Line, lines_of, parse_map
+from reference.workshop.maps import MOST_SIGNS, Line, lines_of_plan, parse_map
 from reference.workshop.maps.mistakes import Edit, Mistake, MistakesError
 from reference.workshop.storage.files import refuse_no_file, write_whole
 
@@ -36,7 +36,9 @@ def repaired_file(path: Path) -> Repair:
     repair = repaired(raw.decode(encoding, "replace"), str(path))
     if encoding == "utf-8":
         return repair
-    first = Line(1, lines_of(raw.decode(encoding, "replace"))[0]).mistake("not-text")
+    first = Line(1, lines_of_plan(raw.decode(encoding, "replace"))[0]).mistake(
+        "not-text"
+    )
     return Repair(repair.text, ((first,), *repair.rounds), repair.left)
 
 
@@ -100,7 +102,7 @@ def repaired(text: str, path: str = "<text>") -> Repair:
 def obeyed(text: str, mistakes: Iterable[Mistake]) -> str:
     """Type what these mistakes' hints say first."""
     edits = (edit for mistake in mistakes for edit in mistake.edits)
-    return "\n".join(apply(lines_of(text), edits))
+    return "\n".join(apply(lines_of_plan(text), edits))
 
 
 def apply(lines: Sequence[str], edits: Iterable[Edit]) -> list[str]:

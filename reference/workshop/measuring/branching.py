@@ -35,7 +35,7 @@ from reference.workshop.engine import together
 from reference.workshop.strategies.worst_case import another_future
 from reference.world import Robot, World
 
-WAY_OUT, FOOT, RIM, PERSON, STAY, GO_ON = (
+TO_WAY_OUT, TO_FOOT, TO_RIM, TO_PERSON, TO_STAY, GO_ON = (
     "way out",
     "foot of stairs",
     "rim",
@@ -43,7 +43,7 @@ WAY_OUT, FOOT, RIM, PERSON, STAY, GO_ON = (
     "stay",
     "go on",
 )
-KINDS = (WAY_OUT, FOOT, RIM, PERSON, STAY, GO_ON)
+CHOICE_KINDS = (TO_WAY_OUT, TO_FOOT, TO_RIM, TO_PERSON, TO_STAY, GO_ON)
 """What an anchor is.  Where two are one point, the first of these is its name."""
 
 FUTURES = (4, 16, 32)  # of the three rounds: to sift, to choose, to measure
@@ -54,7 +54,7 @@ SIFTED = 3  # choices that the first round leaves for the second
 class Choice:
     """A point to which a robot may be sent.
 
-    kind  one of KINDS;  point  metres;  way  metres on foot from the robot
+    kind  one of CHOICE_KINDS;  point  metres;  way  metres on foot from the robot
     helps  whether the robot's frame lets it be chosen where it has masks
     """
 
@@ -118,7 +118,7 @@ def choices_of(run: Simulation, robot: Robot) -> list[Choice]:
     helps = _view_of(run, masks=True).allowed
     row = run.world.robots.index(robot)
     found: dict[Destination, Choice] = {}
-    for kind in KINDS:
+    for kind in CHOICE_KINDS:
         for k in _numbers_of(view, kind):
             if not view.allowed[row, k]:
                 continue
@@ -140,18 +140,18 @@ def _numbers_of(view: RobotView, kind: str) -> Sequence[int]:
     first = WAIT + 1
     marks = range(first, first + view.marks.shape[1])
     of_kind = {
-        WAY_OUT: marks[view.outs],
-        FOOT: marks[view.feet],
-        RIM: marks[view.rims],
-        PERSON: range(marks.stop, view.spots.shape[1]),
-        STAY: [WAIT],
+        TO_WAY_OUT: marks[view.outs],
+        TO_FOOT: marks[view.feet],
+        TO_RIM: marks[view.rims],
+        TO_PERSON: range(marks.stop, view.spots.shape[1]),
+        TO_STAY: [WAIT],
         GO_ON: [KEEP],
     }
     return of_kind[kind]
 
 
 def own_kind(run: Simulation, robot: Robot, choices: Sequence[Choice]) -> str:
-    """Tell what the team's own decision for a robot is: one of KINDS, or "elsewhere".
+    """Tell the kind of the team's own decision: of CHOICE_KINDS, or "elsewhere".
 
     The strategy's memory stays as it is.
     """
@@ -162,7 +162,7 @@ def own_kind(run: Simulation, robot: Robot, choices: Sequence[Choice]) -> str:
     if point is None and robot.destination is not None:
         point = tuple(robot.destination.tolist())
     if point is None:
-        return STAY
+        return TO_STAY
     target = actual_target(run.building, robot.floor, *point)
     for choice in choices:
         other = actual_target(run.building, robot.floor, *choice.point)

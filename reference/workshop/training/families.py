@@ -31,15 +31,15 @@ and tests take smaller ones, so what they draw is new to whoever learned."""
 
 Range = tuple[int, ...]  # least and most
 
-PEOPLE: Range = (10, 120)  # [C5, chosen]
-ROBOTS_PER_FLOOR: Range = (1, 4)
+PEOPLE_BY_LOT: Range = (10, 120)  # [C5, chosen]
+ROBOTS_BY_LOT: Range = (1, 4)
 WIDTHS: Range = (15, 60)  # cells of the main body
 HEIGHTS: Range = (10, 40)
-FLOORS: Range = (1, 4)
+FLOORS_BY_LOT: Range = (1, 4)
 ROOM = 4  # [C5, chosen] cells of a floor for each of its people, at least
 
 # What seeds are for, beside those of `rounds`.
-BUILDINGS = 10
+HOUSES = 10
 ORDERS = 11
 CASTS = 12
 
@@ -59,9 +59,9 @@ class Family:
     number: int = 0
     widths: Range = WIDTHS
     heights: Range = HEIGHTS
-    floors: Range = FLOORS
-    people: Range = PEOPLE
-    robots_per_floor: Range = ROBOTS_PER_FLOOR
+    floors: Range = FLOORS_BY_LOT
+    people: Range = PEOPLE_BY_LOT
+    robots_per_floor: Range = ROBOTS_BY_LOT
 
     def about(self) -> str:
         """Say in some words which buildings these are."""
@@ -201,9 +201,9 @@ def job_in(family: Family, seed: int, phase: int, number: int, job: Job) -> Job:
         return replace(job, plan=family.plans[which])
 
     if which is None:
-        house = _rng(seed, BUILDINGS, phase, number)
+        house = _rng(seed, HOUSES, phase, number)
     else:
-        house = _rng(seed, BUILDINGS, which)
+        house = _rng(seed, HOUSES, which)
     size = tuple(_draw(house, some) for some in _sizes(family))
     cast = _rng(seed, CASTS, phase, number)
     lot = Lot(
