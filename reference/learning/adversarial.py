@@ -49,7 +49,9 @@ def adversarial_rounds(
 def learn(side: Side, learner: Learner, episodes: Sequence[Episode]) -> Summary:
     """Add a side's trajectories; if the buffer is full, update and summarise."""
     learner.add(trajectories_of(side, episodes))
-    return learner.update() if learner.full else {}
+    if learner.full:
+        return learner.update()
+    return {}
 
 
 def trajectories_of(side: Side, episodes: Sequence[Episode]) -> list[Trajectory]:

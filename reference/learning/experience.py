@@ -69,9 +69,8 @@ class Decisions:
 
     def rows(self, which: Tensor) -> "Decisions":
         """Select group decisions by their indices."""
-        return Decisions(
-            **{name: x.index_select(0, which) for name, x in vars(self).items()}
-        )
+        columns = vars(self).items()
+        return Decisions(**{name: x.index_select(0, which) for name, x in columns})
 
     @staticmethod
     def joined(parts: "Sequence[Decisions]") -> "Decisions":
