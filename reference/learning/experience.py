@@ -17,6 +17,9 @@ from torch import Tensor
 RECORDED = ("vectors", "grids", "alive", "actions", "log_probs")
 """Columns of a `Trajectory` and of `Decisions`."""
 
+TARGETS = ("values", "baselines", "returns", "advantages")
+"""Columns that `Decisions` has besides, to learn from."""
+
 Record = dict[str, np.ndarray]  # one decision of a side: a row of these columns
 
 
@@ -85,10 +88,7 @@ def decisions_of(t: Trajectory) -> Decisions:
     shape = t.alive[:-1].shape
     return Decisions(
         **{name: torch.from_numpy(getattr(t, name)[: len(t)]) for name in RECORDED},
-        values=torch.zeros(shape),
-        baselines=torch.zeros(shape),
-        returns=torch.zeros(shape),
-        advantages=torch.zeros(shape),
+        **{name: torch.zeros(shape) for name in TARGETS},
     )
 
 

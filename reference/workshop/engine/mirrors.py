@@ -46,6 +46,8 @@ ASKED: dict[str, str] = {
     "robots.said_on_the_way": "asked at decisions",
     "navigation.navigation_of": "tables are made from it",
     "navigation.Navigation.places_of": "in the tables",
+    "rays.Sight._cells_of_ray": "in the tables",
+    "rays.direction": "in the tables",
     "building.Landmark.width": "in the tables",
     "building.Stairwell.lowest": "in the tables",
     "paper.body_diameter": "a number, read when a run begins",

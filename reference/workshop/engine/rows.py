@@ -195,7 +195,7 @@ def add_hits(S, R, p, stops):
             R.counts[HITS] += 1
 
 
-@mirrors("rays.Sight.in_line 9e1a6e")
+@mirrors("rays.Sight.in_line 9e1a6e", "navigation.StraightLines.reached_from 1051c5")
 def add_line(S, R, p):
     """Mark the places in line of sight; the ground among them."""
     N = S.numbers[0]

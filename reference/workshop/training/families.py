@@ -31,11 +31,6 @@ and tests take smaller ones, so what they draw is new to whoever learned."""
 
 Range = tuple[int, ...]  # least and most
 
-PEOPLE_BY_LOT: Range = (10, 120)  # [C5, chosen]
-ROBOTS_BY_LOT: Range = (1, 4)
-WIDTHS: Range = (15, 60)  # cells of the main body
-HEIGHTS: Range = (10, 40)
-FLOORS_BY_LOT: Range = (1, 4)
 ROOM = 4  # [C5, chosen] cells of a floor for each of its people, at least
 
 # What seeds are for, beside those of `rounds`.
@@ -50,18 +45,18 @@ class Family:
 
     names   of maps as they were asked for;  plans  their texts
     number  of generated buildings, where there are no maps; 0: a new one in every job
-    widths, heights, floors  of generated buildings, least and most
+    widths, heights, floors  of generated buildings [C5, chosen], cells of a main body
     people, robots_per_floor  in them; where maps are named, the scenario tells both
     """
 
     names: tuple[str, ...] = ()
     plans: tuple[str, ...] = ()
     number: int = 0
-    widths: Range = WIDTHS
-    heights: Range = HEIGHTS
-    floors: Range = FLOORS_BY_LOT
-    people: Range = PEOPLE_BY_LOT
-    robots_per_floor: Range = ROBOTS_BY_LOT
+    widths: Range = (15, 60)
+    heights: Range = (10, 40)
+    floors: Range = (1, 4)
+    people: Range = (10, 120)
+    robots_per_floor: Range = (1, 4)
 
     def about(self) -> str:
         """Say in some words which buildings these are."""
