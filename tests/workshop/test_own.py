@@ -226,3 +226,26 @@ def test_a_policy_brings_the_building_and_scenario_that_it_has_learned_in(mine, 
     assert (status, "its robots learned with people=5" in message) == (1, True)
     status, message = refusal(capsys, *match, "--sample")
     assert (status, "--sample goes with a checkpoint" in message) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("command", "hint"),
+    [
+        ("evacuate --robots plain", "write plain:Guide\n"),
+        ("evacuate --robots plain.py", "write plain:Guide\n"),
+        ("evaluate --fire plain", "write plain:Spark\n"),
+        ("evaluate --fire empty", "write empty:NAME\n"),
+        ("evaluate --fire broken", "write broken:NAME\n"),
+    ],
+)
+def test_a_file_of_code_is_told_how_it_is_named(command, hint, tmp_path, capsys):
+    """With the class in it that plays this side, if one can be found."""
+    (tmp_path / "plain.py").write_text(
+        "class Guide:\n    def decide(self, world, robots, rng): ...\n"
+        "class Spark:\n    def decide(self, world, rng): ...\n"
+    )
+    (tmp_path / "empty.py").write_text("")
+    (tmp_path / "broken.py").write_text("class Guide(:")
+    found, message = refusal(capsys, *command.split())
+    assert (found, message.count("\n")) == (2, 1)
+    assert message.endswith(hint)

@@ -89,6 +89,22 @@ def test_every_match_is_a_point_with_its_intervals_and_its_score():
     assert f"sweep, fire random  {score:.2f}" in writing(figure)
 
 
+def test_the_axes_of_scores_fit_their_points():
+    """All points are on the page, and fill more than half of its width and height."""
+    pairs = [
+        cell("sweep", "random", 6000 + 900 * k, 300 + 150 * k, 90, 30) for k in range(4)
+    ]
+    for shown in (pairs, [*pairs, cell("none", "busiest", -2300, 1190, 90, 30)]):
+        axes = drawing.contours(paper_ruler(), shown).axes[0]
+        left, right = axes.get_xlim()
+        low, high = axes.get_ylim()
+        R, h = dots(axes).T
+        assert left < R.min() and R.max() < right
+        assert low < h.min() and h.max() < high
+        assert np.ptp(R) > 0.5 * (right - left)
+        assert np.ptp(h) > 0.5 * (high - low)
+
+
 def test_a_colour_is_a_team_and_a_shape_is_a_fire():
     """Wherever their pairs stand in the list."""
     pairs = [

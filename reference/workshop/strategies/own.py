@@ -5,8 +5,10 @@ class Guide:  # in mine.py: `evaluate --robots sweep mine:Guide`
         return [robot.position for robot in robots]
 """
 
+import ast
 import os
 import sys
+from contextlib import suppress
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
@@ -35,6 +37,17 @@ def is_code(word: str) -> bool:
     """Tell whether a word names code: `module:Name`, `package.module:Name`."""
     module, _, name = word.partition(":")
     return all(part.isidentifier() for part in (name, *module.split(".")))
+
+
+def class_in(file: Path, side: Side) -> str:
+    """Name the first class of a file that plays a side; NAME where none is found."""
+    with suppress(OSError, SyntaxError, ValueError):
+        for node in ast.parse(file.read_text("utf-8")).body:
+            for method in node.body if isinstance(node, ast.ClassDef) else ():
+                decides = getattr(method, "name", "") == "decide"
+                if decides and len(method.args.args) == 1 + len(ASKED[side]):
+                    return node.name
+    return "NAME"
 
 
 def from_code(word: str, side: Side) -> Any:
