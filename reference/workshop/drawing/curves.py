@@ -221,8 +221,8 @@ def _add_decisions(axes: Axes, run: TrainingTable, named: bool) -> None:
     above = axes.secondary_xaxis(
         "top",
         functions=(
-            lambda x: np.interp(x, episodes, decisions),
-            lambda x: np.interp(x, decisions, episodes),
+            lambda x: np.interp(np.asarray(x), episodes, decisions),
+            lambda x: np.interp(np.asarray(x), decisions, episodes),
         ),
     )
     above.set_xlabel(f"decisions of {run.name}" if named else "decisions of all sides")

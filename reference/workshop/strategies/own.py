@@ -43,11 +43,16 @@ def class_in(file: Path, side: Side) -> str:
     """Name the first class of a file that plays a side; NAME where none is found."""
     with suppress(OSError, SyntaxError, ValueError):
         for node in ast.parse(file.read_text("utf-8")).body:
-            for method in node.body if isinstance(node, ast.ClassDef) else ():
-                decides = getattr(method, "name", "") == "decide"
-                if decides and len(method.args.args) == 1 + len(ASKED[side]):
-                    return node.name
+            if isinstance(node, ast.ClassDef) and _plays(node, side):
+                return node.name
     return "NAME"
+
+
+def _plays(node: ast.ClassDef, side: Side) -> bool:
+    """Has a class a `decide` that takes what this side is asked?"""
+    methods = [part for part in node.body if isinstance(part, ast.FunctionDef)]
+    asked = 1 + len(ASKED[side])
+    return any(m.name == "decide" and len(m.args.args) == asked for m in methods)
 
 
 def from_code(word: str, side: Side) -> Any:

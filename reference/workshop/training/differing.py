@@ -51,7 +51,7 @@ def settings_of(task: Task) -> dict[str, Any]:
 
 def _flat(values: Mapping[str, Any], within: str = "") -> dict[str, Any]:
     """Turn nested mappings into one, with names joined by dots."""
-    flat = {}
+    flat: dict[str, Any] = {}
     for name, value in values.items():
         if isinstance(value, Mapping):
             flat |= _flat(value, f"{within}{name}.")
