@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from reference import paper
 from reference.evaluation.score import Ruler, paper_ruler
 from reference.workshop.comparing.results import Cell
-from reference.workshop.drawing.crossplay import players
+from reference.workshop.drawing.crossplay import LINE_STYLES, players
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE, TEXT, Style, legend, sheet
 
@@ -84,7 +84,8 @@ def contours(
 ) -> Figure:
     """Draw E over R and h, the line E = 1, and each match as a point [F9] [F10].
 
-    Colours tell robots, again with a dark edge from the eleventh on, and shapes fires.
+    Colours tell robots, as in evacuation curves of the same matches, again with a dark
+    edge from the ninth on; shapes tell fires.
     Matches that lie off the ruler are left out.
     """
     shown = [cell for cell in cells if cell.score]
@@ -105,8 +106,9 @@ def contours(
     shades = axes.contourf(wide, high, E, LEVELS, cmap="BrBG", alpha=0.6, extend="max")
     axes.contour(wide, high, E, [1], colors=TEXT, linewidths=2.4)
 
-    robots = players(shown, "robots")
-    fires = players(shown, "fire")
+    robots = players(cells, "robots")
+    fires = players(cells, "fire")
+    colours = LINE_STYLES.by_key()["color"]
     for cell in shown:
         x, *across = cell.reward
         y, *up = cell.difficulty
@@ -114,7 +116,7 @@ def contours(
         marker = MARKERS[fires.index(cell.fire) % len(MARKERS)]
         name = fill(f"{cell.robots}, fire {cell.fire}", 30)
         team = robots.index(cell.robots)
-        look: Style = {"color": f"C{team}", "mec": "white" if team < 10 else TEXT}
+        look: Style = {"color": colours[team % 8], "mec": "white" if team < 8 else TEXT}
         look |= {"ls": "", "marker": marker, "ms": 8, "clip_on": False}
         axes.plot(x, y, label=f"{name}  {ruler.score(x, y):.2f}", **look)
 
