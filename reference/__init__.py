@@ -96,6 +96,7 @@ WORKSHOP = (
     "workshop.training.imitation",  # an option: copy a strategy first
     "workshop.training.families",  # of buildings: which one a job plays in
     "workshop.training.checkpoints",  # files to resume from
+    "workshop.training.differing",  # what tells trainings apart
     "workshop.training.policies",  # a learned policy is a strategy
     "workshop.training.summaries",  # what a training writes down as it runs
     "workshop.training.gradient",  # signal and noise of an update

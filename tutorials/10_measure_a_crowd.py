@@ -12,13 +12,18 @@ from shutil import rmtree
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pedpy
-import shapely
 
 from reference import Scenario, Simulation, load
 from reference.workshop.measuring.recording import record
 from reference.workshop.measuring.validation import MEASURED, ONE_WAY
 from reference.world import Evacuated
+
+try:
+    import pedpy
+    import shapely
+except ImportError:
+    install = ".venv/bin/pip install -c constraints.txt -e '.[pedpy]'"
+    raise SystemExit(f"This tutorial needs PedPy: {install}") from None
 
 # %% A recording
 # A hundred people are in the canteen of the paper's building. There is no smoke, so

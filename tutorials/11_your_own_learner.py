@@ -19,8 +19,13 @@ from reference.robots import NoRobots
 from reference.workshop.drawing import save
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.trained import FlatRobots
-from reference.workshop.zoo import parallel_env
 from reference.world import Evacuated
+
+try:
+    from reference.workshop.zoo import parallel_env
+except ImportError:
+    install = ".venv/bin/pip install -c constraints.txt -e '.[pettingzoo]'"
+    raise SystemExit(f"This tutorial needs PettingZoo: {install}") from None
 
 torch.set_num_threads(1)  # networks as small as these are quickest on one core
 torch.manual_seed(0)

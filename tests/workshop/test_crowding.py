@@ -66,4 +66,7 @@ def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
     name = "out/with-a-very-long-name/seed-3/checkpoints/checkpoint-000120.pt"
     seen.deaths = 0 * deaths
     said = " ".join(writing(crowding_map(seen, f"guided by {name}, no fire")))
-    assert "120.pt, no fire: 7 evacuations, 0 died" in said and "died here" not in said
+    assert "7 evacuations, 0 died" in said and "died here" not in said
+    assert "Tiny office, guided by out/" in said
+    short = " ".join(writing(crowding_map(seen, "guided by escort, no fire")))
+    assert "Tiny office, guided by escort, no fire: 7 evacuations, 0 died" in short

@@ -1,5 +1,8 @@
 """Learning curves: what is read from a table, how it is smoothed, what is drawn."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
@@ -10,6 +13,9 @@ from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE
 from reference.workshop.storage.files import Table
 from reference.workshop.training import summaries
+from reference.workshop.training.checkpoints import Task
+from reference.workshop.training.differing import differences
+from reference.workshop.training.presets import preset
 
 VALUE = "Losses/Value Loss"
 FIGURES = summaries.SUMMARY_COLUMNS[len(summaries.WHEN_COLUMNS) :]
@@ -127,13 +133,43 @@ def test_both_sides_share_the_axis_of_episodes(run):
         np.testing.assert_allclose(y, one.columns["Policy/Entropy"][rows])
 
 
-def test_several_seeds_are_thin_lines_with_their_mean_in_bold(run):
-    """One bold line for three runs."""
-    runs = [run(str(seed), TOGETHER, seed) for seed in range(3)]
-    axes = panel(curves.learning_curves(runs), "entropy of the policies")
-    blue = [line for line in axes.lines if to_hex(line.get_color()) == BLUE]
-    lines = [line.get_linewidth() for line in blue if len(line.get_xdata())]
-    assert sorted(lines) == [0.9, 0.9, 0.9, 2]
+def test_several_trainings_have_a_colour_and_a_name_each(run):
+    """In every panel the same one; dashes tell sides apart, what differs is said."""
+    runs = [run(f"run {seed}", TOGETHER, seed) for seed in range(3)]
+    figure = curves.learning_curves(runs, "head: floor, mixture, set")
+    axes = panel(figure, "entropy of the policies")
+    colours = [to_hex(line.get_color()) for line in axes.lines]
+    assert colours[:3] == colours[3:] and len({*colours}) == 3
+    assert [line.get_linestyle() for line in axes.lines] == 3 * ["-"] + 3 * ["-."]
+    legend = figure.legends[0]
+    entries = zip(legend.get_texts(), legend.legend_handles, strict=True)
+    named = {text.get_text(): handle for text, handle in entries}
+    for colour, one in zip(colours, runs, strict=False):
+        assert to_hex(named[one.name].get_facecolor()) == colour
+    assert "head: floor, mixture, set" in legend.get_title().get_text()
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_the_dashed_baseline_is_dashed_in_all_its_lines(run, count):
+    """Faint or bold, of one training or of two."""
+    runs = [run(str(seed), TOGETHER, seed) for seed in range(count)]
+    axes = panel(curves.learning_curves(runs), "losses of the critics")
+    styles = [line.get_linestyle() for line in axes.lines]
+    assert styles.count("--") == 2
+    assert styles.count("-") == 2
+
+
+def test_decisions_stand_above_as_a_training_counts_them(run):
+    """Those of both sides together, 2 × 50 in each episode here."""
+    figure = curves.learning_curves([run("a", TOGETHER)])
+    figure.draw_without_rendering()
+    axes = panel(figure, "reward of an episode")
+    (above,) = axes.child_axes
+    assert above.get_xlabel() == "decisions of all sides"
+    across = axes.transData.transform([(60.0, 0)])[0, 0]
+    assert above.transData.transform([(6000.0, 0)])[0, 0] == pytest.approx(
+        across, abs=1
+    )
 
 
 @pytest.mark.parametrize(("phases", "count"), [(IMITATED, 1), (TOGETHER, 3)])
@@ -149,3 +185,23 @@ def test_a_side_that_does_not_learn_is_neither_drawn_nor_in_the_legend(run):
     figure = curves.learning_curves([run("a", [("robots", 6)])])
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == ["robots", "people", "robots' baseline"]
+
+
+# -- What differs -------------------------------------------------------------------
+
+
+def test_what_differs_between_trainings_is_said_in_a_line():
+    """In the order of the trainings; what is equal is left out, many are counted."""
+    one = Task("tiny", "", preset("tiny"))
+    robots = one.settings.robots
+    other = replace(one.settings, robots=replace(robots, head="set"))
+    assert differences({"a": one, "b": one}) == ""
+    told = differences({"a": one, "b": replace(one, seed=3, settings=other)})
+    assert told == f"seed: 0, 3; robots.head: {robots.head}, set"
+    fixed = replace(one, building="paper", fixed={"fire": ("random",)})
+    assert (
+        differences({"a": one, "b": fixed})
+        == "building: tiny, paper; fire: None, random"
+    )
+    laptop = replace(one, settings=preset("laptop"))
+    assert re.search(r"; and \d+ more$", differences({"a": one, "b": laptop}))

@@ -434,3 +434,26 @@ def test_code_that_changes_while_it_is_played_is_refused(mine):
     Path(f"{mine}.py").write_text(CODE + "# faster\n")
     with pytest.raises(InputError, match=f"{mine}.py has changed since"):
         next(played)
+
+
+@pytest.mark.parametrize(
+    ("command", "hint"),
+    [
+        ("evacuate --robots plain", "write plain:Guide\n"),
+        ("evacuate --robots plain.py", "write plain:Guide\n"),
+        ("evaluate --fire plain", "write plain:Spark\n"),
+        ("evaluate --fire empty", "write empty:NAME\n"),
+        ("evaluate --fire broken", "write broken:NAME\n"),
+    ],
+)
+def test_a_file_of_code_is_told_how_it_is_named(command, hint, tmp_path, capsys):
+    """With the class in it that plays this side, if one can be found."""
+    (tmp_path / "plain.py").write_text(
+        "class Guide:\n    def decide(self, world, robots, rng): ...\n"
+        "class Spark:\n    def decide(self, world, rng): ...\n"
+    )
+    (tmp_path / "empty.py").write_text("")
+    (tmp_path / "broken.py").write_text("class Guide(:")
+    found, message = refusal(capsys, *command.split())
+    assert (found, message.count("\n")) == (2, 1)
+    assert message.endswith(hint)

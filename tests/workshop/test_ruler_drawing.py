@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from pages import overlaps, writing
 
 from reference.evaluation.score import base_and_control, paper_ruler
@@ -12,6 +13,7 @@ from reference.paper import BETA
 from reference.workshop.comparing import Cell
 from reference.workshop.comparing.intervals import Interval
 from reference.workshop.drawing import ruler as drawing
+from reference.workshop.drawing.crossplay import LINE_STYLES
 
 B, C = base_and_control((-1200, 0.1), (1100, 1000))
 FEW = type(paper_ruler())(alpha=1000, base=B, control=C, k=0.02, beta=300)
@@ -87,6 +89,31 @@ def test_every_match_is_a_point_with_its_intervals_and_its_score():
     assert up == [[9000, 1850], [9000, 2150]]
     score = paper_ruler().score(9000, 2000)
     assert f"sweep, fire random  {score:.2f}" in writing(figure)
+
+
+def test_robots_have_the_colours_of_their_evacuation_curves():
+    """Also where others, whose reward lies off the ruler, are left out."""
+    lost = replace(cell("none", "random", 9e4, 0), score=None)
+    own = cell("mine:Guide", "random", 9000, 2000)
+    axes = drawing.contours(paper_ruler(), [lost, own]).axes[0]
+    second = LINE_STYLES.by_key()["color"][1]
+    assert to_hex(axes.lines[2].get_markerfacecolor()) == to_hex(second)
+
+
+def test_the_axes_of_scores_fit_their_points():
+    """All points are on the page, and fill more than half of its width and height."""
+    pairs = [
+        cell("sweep", "random", 6000 + 900 * k, 300 + 150 * k, 90, 30) for k in range(4)
+    ]
+    for shown in (pairs, [*pairs, cell("none", "busiest", -2300, 1190, 90, 30)]):
+        axes = drawing.contours(paper_ruler(), shown).axes[0]
+        left, right = axes.get_xlim()
+        low, high = axes.get_ylim()
+        R, h = dots(axes).T
+        assert left < R.min() and R.max() < right
+        assert low < h.min() and h.max() < high
+        assert np.ptp(R) > 0.5 * (right - left)
+        assert np.ptp(h) > 0.5 * (high - low)
 
 
 def test_a_colour_is_a_team_and_a_shape_is_a_fire():

@@ -68,3 +68,18 @@ def test_a_tutorial_prints_what_it_says_it_prints(tutorial, tmp_path):
     if extra:
         pytest.importorskip(extra, reason=f"needs pip install -e '.[{extra}]'")
     assert printed(tutorial, tmp_path) == promised(tutorial) != []
+
+
+@pytest.mark.parametrize("number", EXTRAS)
+def test_without_its_extra_a_tutorial_says_how_to_install_it(number, tmp_path):
+    """In one line, without a traceback."""
+    (path,) = (path for path in TUTORIALS if path.name.startswith(number))
+    extra = EXTRAS[number]
+    code = f"import sys, runpy; sys.modules[{extra!r}] = None; "
+    code += f"runpy.run_path({str(path)!r})"
+    process = python("-c", code, cwd=tmp_path, stdout=PIPE, stderr=PIPE)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 1
+    assert err.count("\n") == 1
+    assert err.endswith(f"pip install -c constraints.txt -e '.[{extra}]'\n")
+    assert extra in path.read_text(encoding="utf-8").partition('"""\n\n')[0]

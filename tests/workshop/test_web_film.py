@@ -4,8 +4,9 @@ import json
 import re
 import subprocess
 from base64 import b64decode
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from shutil import which
+from types import SimpleNamespace
 from zlib import decompress
 
 import numpy as np
@@ -18,7 +19,16 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import drawing
 from reference.workshop.drawing import page
-from reference.workshop.drawing.web_film import BODY, NEVER, Reel, floor_svg
+from reference.workshop.drawing.evacuation import looks
+from reference.workshop.drawing.web_film import (
+    BODY,
+    NEVER,
+    Reel,
+    floor_names,
+    floor_svg,
+    rules_in_words,
+    verdict,
+)
 from reference.workshop.maps import load
 from reference.workshop.measuring.recording import ticks
 from reference.workshop.strategies.guides import Escort
@@ -147,8 +157,7 @@ def test_the_player_reads_the_numbers_that_were_packed(film):
 def test_the_page_needs_no_other_file_and_fits_a_phone(text):
     """No link leads out of it; a map's title and a heading are words, not markup."""
     assert not re.search(r"https?:|<link|<script .*src|@import|url\(", text)
-    zoom = 'style="--room:', "15px / var(--decimetre", 'setProperty("--decimetre"'
-    for part in ("<canvas", 'type="range"', "Tiny office", "device-width", *zoom):
+    for part in ("<canvas", 'type="range"', "Tiny office", "device-width"):
         assert part in text
     assert "<b>one</b>" not in text and "<script>alert" not in text
     assert '<p class="who">robots: x &amp; y</p>' in text
@@ -168,8 +177,8 @@ def test_a_floor_as_svg_has_every_cell_in_the_class_of_its_kind(name):
                 painted[int(y), int(x) : int(end)] = Kind[kind.upper()]
         assert (painted == building.kind[floor]).all()
         names = [area.name for area in building.areas if area.floor == floor]
-        written = re.findall(r">([^<]+)</text>", svg)
-        assert {*written} == {name for name in names if not name.startswith("room-")}
+        written = {name for *_, name in floor_names(building, floor)}
+        assert written == {name for name in names if not name.startswith("room-")}
 
 
 @pytest.mark.parametrize("frames_per_tick", [7, 10, 25])
@@ -182,6 +191,144 @@ def test_a_film_lasts_as_long_as_its_evacuation(frames_per_tick, tmp_path):
     film = data(path.read_text(encoding="utf-8"))
     frames = film["runs"][0]["bodies"][0]
     assert (frames - 1) * film["step"] == pytest.approx(run.world.time, abs=0.6)
+    assert film["end"] == pytest.approx(run.world.time)
+
+
+# -- What the player shows and says ---------------------------------------------------
+
+
+def played(code, **known):
+    """What node says of the player's functions that code names as `name()`."""
+    constants = "".join(f"const {k} = {json.dumps(v)}; " for k, v in known.items())
+    said = subprocess.check_output(["node", "-e", constants + code], text=True)
+    return json.loads(said)
+
+
+def of_player(*names):
+    """The player's text of some functions."""
+    whole = r"^(?:const {0} = .*?(?=^\S)|function {0}\(.*?^}}\n)"
+    found = [re.search(whole.format(name), PLAYER, re.M | re.S) for name in names]
+    return "".join(match[0] for match in found)
+
+
+needs_node = pytest.mark.skipif(which("node") is None, reason="needs node")
+
+
+@needs_node
+@pytest.mark.parametrize(("step", "end"), [(0.6, 200.0), (0.6, 177.8), (0.5, 20.0)])
+def test_the_last_value_of_the_slider_shows_the_last_frame(step, end, text):
+    """Also where the end is between two frames; before it others are shown."""
+    frames = [k * step for k in range(int(end / step + 1e-9) + 1)]
+    if end - frames[-1] > 1e-9:
+        frames.append(end)
+    last = len(frames) - 1
+    code = f"""{of_player("when", "frame")}
+    const run = {{frames: Array({last + 1})}}
+    console.log(JSON.stringify([frame(run, film.end), frame(run, film.end - 0.01),
+      frame(run, 0), frame(run, film.step), when({last}), when(1)]))"""
+    shown = played(code, film={"step": step, "end": end})
+    assert shown == [last, last - 1, 0, 1, end, step]
+    assert re.search(r'type="range" min="0" value="0" step="any" max="80.0"', text)
+
+
+@needs_node
+def test_flames_hide_no_names_and_names_no_people():
+    """They are painted in this order: flames, names, people."""
+    code = f"""const log = [], metre = 8, size = 4, density = 1, OUT = 2, DEAD = 3
+    const STATES = ["follower", "leader", "out", "died here", "robot"]
+    const put = (_, name) => log.push(name), line = () => 0, colour = () => ""
+    const write = (_, room) => log.push(room[5])
+    const context = new Proxy({{}}, {{get: () => () => 0, set: () => true}})
+    {of_player("when", "frame", "paint")}
+    const one = {{i: 0, x: 5, y: 5, floor: 0, state: 0, toX: -1, leader: -1}}
+    const run = {{frames: [[one], [one]], flames: [[0, 1, 1, 0, -1]], chosen: -1,
+      doors: [], sources: []}}
+    paint(run, 0, {{getContext: () => context}}, [one], 0)
+    console.log(JSON.stringify(log))"""
+    rooms = [[0, 15, 15, 10, False, "hall"], [1, 15, 15, 10, False, "attic"]]
+    film = {"step": 0.6, "end": 0.6, "trail": 10, "marks": [], "rooms": rooms}
+    assert played(code, film=film) == ["flames", "hall", "follower"]
+
+
+def test_films_and_pictures_have_one_word_for_each_thing():
+    """The player's shapes, which its legend names, are those of pictures and GIFs."""
+    shapes = re.search(r"^const SHAPES = {.*?^}", PLAYER, re.M | re.S)[0]
+    words = {
+        first or second
+        for first, second in re.findall(r'^  (?:(\w+)|"([^"]+)"): \[', shapes, re.M)
+    }
+    assert words - {"ring"} == {*looks(5)} - {"walked in 10 s"}
+    occurs = re.search(r"const occurs = {(.*?)}\n", PLAYER, re.S)[1]
+    assert words - {"ring"} == {
+        first or second
+        for first, second in re.findall(r'(?:(\w+)|"([^"]+)"): ', occurs)
+    }
+
+
+@pytest.mark.paper("B7")
+def test_a_film_explains_itself_in_a_few_sentences(text):
+    """With the paper's numbers; of robots it speaks where there are some."""
+    alone = rules_in_words([Simulation(OFFICE, Scenario(people=2))])
+    assert "100 health and lose 0.5 a second" in alone
+    assert "inside after 200 s is dead" in alone
+    assert "robot" not in alone.lower()
+    led = rules_in_words([evacuation()])
+    assert led.endswith("Robots lead whom they meet.")
+    assert f'<p class="rules">{led}</p>' in text
+
+
+@dataclass
+class Ended:
+    """A run as far as a verdict reads it."""
+
+    evacuated: int
+    inside: int = 0
+    robots: bool = False
+    fire_strategy: object = None
+
+    @property
+    def world(self):
+        return SimpleNamespace(bodies=range(40), robots=[0] * self.robots)
+
+    def outcome(self):
+        return self
+
+
+@pytest.mark.parametrize(
+    ("run", "first", "told"),
+    [
+        (Ended(30, 2), None, "30 of 40 got out, 2 still inside"),
+        (
+            Ended(35, robots=True),
+            Ended(30),
+            "35 of 40 got out, 5 more than without guides",
+        ),
+        (
+            Ended(29, robots=True),
+            Ended(30),
+            "29 of 40 got out, 1 fewer than without guides",
+        ),
+        (
+            Ended(30, robots=True),
+            Ended(30),
+            "30 of 40 got out, as many as without guides",
+        ),
+        (
+            Ended(20, robots=True, fire_strategy=RandomFire()),
+            Ended(30),
+            "20 of 40 got out, 10 fewer than with “nobody guides, no fire”",
+        ),
+        (
+            Ended(35, robots=True),
+            Ended(30, robots=True),
+            "35 of 40 got out, 5 more than with “nobody guides, no fire”",
+        ),
+    ],
+)
+def test_a_verdict_compares_with_the_first_evacuation(run, first, told):
+    """It says without guides only where nothing else differs."""
+    heading = "nobody guides, no fire\nrobots: none"
+    assert verdict(run, first or run, heading) == told
 
 
 def test_a_minute_of_two_crowds_is_a_small_page(tmp_path):

@@ -39,8 +39,12 @@ FILMED: list[Pair] = [("none", "random"), ("escort", "random")]
 LEARNED_BOTH: Pair = (LEARNED, LEARNED)
 FILM_FILE = Path("evacuation.html")
 EPISODES_HELP = "how many; episode i uses seed + i; default: 1"
-TYPICAL_SEED = 37
-"""A seed whose three evacuations end within three people of the means in RESULTS."""
+MOST_FILMED = 3  # pairs side by side
+CHOSEN_SEED = 56
+"""A seed whose film shows from 80 s on what guides are worth; its three evacuations end
+within three people of the means."""
+MEAN_OUT = {FILMED[0]: 28.5, FILMED[1]: 37.4, LEARNED_BOTH: 20.0}
+"""How many of 40 get out on average: `tutorials/tables/contest.json`, 100 seeds."""
 
 
 @options.command(
@@ -51,16 +55,19 @@ TYPICAL_SEED = 37
 )
 def first_look(arguments: Namespace) -> None:
     """Plays one seed without guides, with guides, and with both sides that learned."""
-    seed = TYPICAL_SEED if arguments.seed is None else arguments.seed
+    seed = CHOSEN_SEED if arguments.seed is None else arguments.seed
     with workers(1) as other:  # it loads torch, which is slow, in the meantime
         learned = other.submit(_play_one_seed, [LEARNED_BOTH], seed)
         arena, runs = _play_one_seed(FILMED, seed, arguments.animate)
         runs += learned.result()[1]  # its arena is the same
 
-    lines = [f"{arena.building}, {arena.people} people, seed {seed}"]
+    chosen = ", chosen to show the difference early" if seed == CHOSEN_SEED else ""
+    lines = [f"{arena.building}, {arena.people} people, seed {seed}{chosen}"]
     for pair, run in zip([*FILMED, LEARNED_BOTH], runs, strict=True):
-        health = f"{run['mean_health'] or 0:.0f} of 100 health on average"
-        out = f"{run['evacuated']:3} get out alive, with {health}"
+        health = f"health {run['mean_health'] or 0:.0f} of 100"
+        run["mean_evacuated"] = MEAN_OUT[pair]
+        mean_out = f"mean of 100 seeds: {MEAN_OUT[pair]:.1f}"
+        out = f"{run['evacuated']:3} get out alive, {health}; {mean_out}"
         lines.append(f"{_heading(pair) + ':':33}{out}")
     print_report(arguments, {"seed": seed, "runs": runs}, "\n".join(lines))
     print_note(f"written: {arguments.animate}")
@@ -104,7 +111,7 @@ def strategies(arguments: Namespace) -> None:
     options.output(
         "--animate",
         options.FILMS,
-        "film the first episode; two pairs side by side; .mp4 needs ffmpeg",
+        "film the first episode, pairs side by side; .mp4 needs ffmpeg",
     ),
     options.SEED,
     options.JSON,
@@ -161,8 +168,10 @@ def _pairs(arguments: Namespace) -> list[Pair]:
     """Pair the first robots with the first fire, and so on; one name goes with all."""
     robots, fires = arguments.robots, arguments.fire
     count = max(len(robots), len(fires))
-    if count > 2:
-        raise ContradictionError("evacuate plays one pair or two; evaluate plays more.")
+    if count > MOST_FILMED:
+        raise ContradictionError(
+            f"evacuate plays at most {MOST_FILMED} pairs; evaluate plays more."
+        )
     return [(robots[k % len(robots)], fires[k % len(fires)]) for k in range(count)]
 
 

@@ -2,6 +2,8 @@
 
 from argparse import Namespace
 from pathlib import Path
+from shutil import get_terminal_size
+from textwrap import fill
 from typing import Any
 
 from tqdm import tqdm
@@ -17,6 +19,8 @@ from reference.workshop.maps import load
 from reference.workshop.measuring.validation import CASES, NOT_MODELLED, measure_case
 from reference.workshop.storage.files import write_whole
 
+LASTS = "all cases take a minute or two; --only names some"
+
 
 @options.command(
     "validate --only corridor doors -o diagram.png",
@@ -31,21 +35,26 @@ def validate(arguments: Namespace) -> None:
     """Measures standard pedestrian cases; exit status 0 also where a case fails."""
     seed = arguments.seed or 0
     names = arguments.only or list(CASES)
+    if not arguments.only:
+        print_note(LASTS)
     progress = tqdm(names, unit="case", disable=None, leave=False)
     cases = [measure_case(name, seed) for name in progress]
     missing = {} if arguments.only else NOT_MODELLED
 
-    rows = [("verdict", "case", "what", "accepted", "measured"), *map(_row, cases)]
-    rows += [("not modelled", k, *reason, "") for k, reason in missing.items()]
+    told = [*map(_case_in_words, cases)]
+    told += [
+        wrapped(f"not modelled  {name}: {what}", f"why not: {why}")
+        for name, (what, why) in missing.items()
+    ]
     report = {"seed": seed, "cases": cases, "not_modelled": missing}
-    print_report(arguments, report, format_table(rows, "<<<<<"))
+    print_report(arguments, report, "\n".join(told))
     if arguments.output:
         from reference.workshop.drawing import save, validation  # loads matplotlib
 
         print_note(f"written: {save(validation.diagram(seed), arguments.output)}")
 
 
-def _row(case: dict[str, Any]) -> tuple[str, ...]:
+def _case_in_words(case: dict[str, Any]) -> str:
     """Write a case in words: its verdict, what was measured, and what to know of it."""
     runs = case["runs"]
     words = {name: format_figure(value) for name, value in case["measured"].items()}
@@ -57,7 +66,19 @@ def _row(case: dict[str, Any]) -> tuple[str, ...]:
     verdict = case["verdict"]
     if case["failed"]:
         verdict += f" {case['failed']}/{runs}"
-    return verdict, case["source"], case["what"], case["accepted"], numbers
+    return wrapped(
+        f"{verdict}  {case['source']}: {case['what']}",
+        f"accepted: {case['accepted']}",
+        f"measured: {numbers}",
+    )
+
+
+def wrapped(head: str, *lines: str) -> str:
+    """Fit a line, and others further in below it, into the terminal's width."""
+    width = max(40, get_terminal_size().columns)
+    parts = [fill(head, width, subsequent_indent="    ")]
+    look: dict[str, Any] = {"initial_indent": "    ", "subsequent_indent": "      "}
+    return "\n".join([*parts, *(fill(line, width, **look) for line in lines)])
 
 
 @options.command("bench --json", options.building("paper"), options.SEED, options.JSON)

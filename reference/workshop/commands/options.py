@@ -211,7 +211,7 @@ WORKERS_HELP = (
 )
 WORKERS = number("--workers", 0, WORKERS_HELP, most=1000, default=CORES)
 LARGEST_SEED = 2**53  # the largest whole number that every reader of JSON keeps exact
-SEED_HELP = "all chance follows from N; default: 0, without a command a typical one"
+SEED_HELP = "all chance follows from N; default: 0, without a command a chosen one"
 # Also an option of the whole command line: left out here, it does not undo that one.
 SEED = number("--seed", 0, SEED_HELP, most=LARGEST_SEED, default=SUPPRESS)
 JSON = flag("--json", "print one JSON object", default=SUPPRESS)

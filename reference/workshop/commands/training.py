@@ -150,8 +150,28 @@ def _begin_or_resume(arguments: Namespace) -> Any:
     end="  after: python -m reference train --preset tiny --out out/tiny",
 )
 def curves(arguments: Namespace) -> None:
-    """Draws the learning curves of one training, or of several that belong together."""
+    """Draws the learning curves of one training, or compares several."""
     from reference.workshop.drawing import curves, save  # loads matplotlib
 
-    runs = [curves.read_summaries(run) for run in arguments.runs]
-    print(save(curves.learning_curves(runs), arguments.output))
+    folders = {str(run): run for run in arguments.runs}
+    short = {run.resolve().name: run for run in folders.values()}
+    if len(short) == len(folders):
+        folders = short
+    runs = [
+        curves.read_summaries(run)._replace(name=name) for name, run in folders.items()
+    ]
+    about = _differences(folders) if len(runs) > 1 else ""
+    print(save(curves.learning_curves(runs, about), arguments.output))
+
+
+def _differences(folders: dict[str, Path]) -> str:
+    """Say what differs between trainings, on stderr too, above all their buildings."""
+    from reference.workshop.training.differing import differences, tasks_of
+
+    tasks = tasks_of(folders)
+    about = differences(tasks)
+    if about:
+        print_note(f"What differs ({', '.join(tasks)}): {about}")
+    if len({task.plan for task in tasks.values()}) > 1:
+        print_note("Their buildings differ: rewards and survivors do not compare.")
+    return about

@@ -19,6 +19,7 @@ from reference.workshop.storage.runs import digest_of
 from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SCRIPTS, SHIPPED
 from reference.workshop.strategies.own import (
     CODE,
+    class_in,
     code_digests,
     from_code,
     is_code,
@@ -121,8 +122,18 @@ def title_of(word: str, building: Building, scenario: Scenario) -> str:
 
 def refuse_unknown(word: str, side: Side, known: Sequence[str]) -> None:
     """Raise ValueError for a word that is not known; files are not opened yet."""
+    if word in known:
+        return
+    module = word.removesuffix(".py")
+    names_file = word != module or not exists(word)
+    may_be_code = CODE in known and names_file and module.isidentifier()
+    if may_be_code and exists(f"{module}.py"):
+        player = class_in(Path(f"{module}.py"), side)
+        raise InputError(
+            f"code is named by its file and who plays in it: write {module}:{player}"
+        )
     code = CODE in known and is_code(word)
-    if word not in known and not exists(word) and not code:
+    if not exists(word) and not code:
         raise InputError(
             f"'{word}' is no file and names nobody who plays the {side}: "
             f"{', '.join(known)}.{did_you_mean(word, known)}"

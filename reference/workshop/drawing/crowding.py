@@ -21,7 +21,7 @@ DENSITY_COLOURS = LinearSegmentedColormap.from_list("density", _INKS)
 def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
     """Colour floors by how dense people were; a cross, the larger the more died there.
 
-    heading: instead of the building's title
+    heading: who played, after the building's title
     """
     building = crowding.building
     runs = crowding.runs
@@ -30,7 +30,9 @@ def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
 
     over = f"{runs} evacuations" if runs > 1 else "one evacuation"
     counts = f": {over}, {deaths.sum():.0f} died"
-    title = page.shortened(heading or building.title, 72 - len(counts)) + counts
+    name = page.shortened(building.title, 36)
+    named = f"{name}, {heading}" if heading else name
+    title = page.shortened(named, 72 - len(counts)) + counts
     figure, panels = page.floor_page(building, title, range(building.floors))
 
     look: Style = {"vmin": 0, "vmax": max(1.0, density.max())}

@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.rcsetup import cycler
 
 from reference.building import Kind
@@ -149,11 +151,14 @@ def mean_curve(lines: Sequence[Curve]) -> Curve:
     return x, np.mean([np.interp(x, *line) for line in lines], axis=0)
 
 
-def learning_curves(runs: Sequence[TrainingTable]) -> Figure:
+def learning_curves(runs: Sequence[TrainingTable], about: str = "") -> Figure:
     """Draw reward, survivors, entropy and losses over the episodes played [E6].
 
-    Faint: a run as recorded, or the running means of several. Bold: the mean of running
-    means. Raises ValueError where there is nothing to draw.
+    One run: faint as recorded, bold its running mean, in the colours of the sides.
+    Several: running means, a colour for each run, and dashes tell the sides apart.
+
+    about: a line above the legend, such as what differs between the runs
+    Raises ValueError where there is nothing to draw.
     """
     panels = {title: _lines_of(curves, runs) for title, curves in PANELS.items()}
     panels = {title: lines_of for title, lines_of in panels.items() if lines_of}
@@ -162,31 +167,79 @@ def learning_curves(runs: Sequence[TrainingTable]) -> Figure:
     names = ", ".join(run.name for run in runs)
     whole = page.sheet(f"Learning curves: {names}", 11, 1.9 * len(panels) + 1.5)
     column = whole.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
+    teams = [LINE_STYLES.by_key()["color"][k % 8] for k in range(len(runs))]
 
-    legend = {}
+    looks: dict[str, Style] = {}
     for axes, (title, lines_of) in zip(column, panels.items(), strict=True):
         axes.grid(axis="y")
         axes.set_title(title)
         for label, lines in lines_of.items():
-            means = [(x, smooth(x, y)) for x, y in lines]
-            for line in means if len(runs) > 1 else lines:
-                axes.plot(*line, lw=0.9, alpha=0.4, color=LOOKS[label]["color"])
-            (bold,) = axes.plot(*mean_curve(means), lw=2, label=label, **LOOKS[label])
-            legend[label] = bold
+            look = LOOKS[label] | {"lw": 2}
+            if len(runs) > 1:
+                look["color"] = page.TEXT
+            looks[label] = look
+            for which, (x, y) in lines.items():
+                if len(runs) == 1:
+                    axes.plot(x, y, **LOOKS[label], lw=0.9, alpha=0.4)
+                else:
+                    look = look | {"color": teams[which]}
+                axes.plot(x, smooth(x, y), **look)
 
     column[-1].set_xlabel("episodes played by both sides")
+    _add_decisions(column[0], runs[0], len(runs) > 1)
     words = f"bold: running means over {SMOOTHING:.0%} of the episodes"
-    page.legend(whole, [*legend.values()], title=words, handlelength=2.8)
+    handles = page.samples(looks)
+    if len(runs) > 1:
+        words = words.removeprefix("bold: ") + (f"\n{about}" if about else "")
+        handles += [
+            Patch(color=colour, label=page.shortened(run.name, 30))
+            for run, colour in zip(runs, teams, strict=True)
+        ]
+    page.legend(whole, handles, title=words, handlelength=2.8, ncols=4)
     return whole
+
+
+def _add_decisions(axes: Axes, run: TrainingTable, named: bool) -> None:
+    """Tell decisions of both sides, which a training's bar counts, above a panel.
+
+    named: which run's they are has to be said
+    """
+    columns = run.columns
+    total = np.zeros(len(columns["step"]))
+    for side in set(columns["side"]):  # a side's count stays until its next row
+        of_side = np.where(columns["side"] == side, columns["step"], 0.0)
+        total += np.maximum.accumulate(of_side)
+    episodes, last = np.unique(columns["episodes"][::-1], return_index=True)
+    decisions = np.maximum.accumulate(total[::-1][last])
+    if len(episodes) < 2 or decisions[-1] == 0:
+        return
+    far = 10 * np.array([-episodes[-1], episodes[-1]])  # axes reach beyond the data
+    episodes = np.concatenate([far[:1], episodes, far[1:]])
+    ends = far * decisions[-1] / episodes[-2]
+    decisions = np.concatenate([ends[:1], decisions, ends[1:]])
+    decisions = decisions + 1e-6 * np.arange(len(decisions))  # to have an inverse
+    above = axes.secondary_xaxis(
+        "top",
+        functions=(
+            lambda x: np.interp(np.asarray(x), episodes, decisions),
+            lambda x: np.interp(np.asarray(x), decisions, episodes),
+        ),
+    )
+    above.set_xlabel(f"decisions of {run.name}" if named else "decisions of all sides")
+    axes.set_title(axes.get_title("left"), pad=34, loc="left")
 
 
 def _lines_of(
     curves: Sequence[CurveSource], runs: Sequence[TrainingTable]
-) -> dict[str, list[Curve]]:
-    """Find a panel's lines by label, without those that no run has points of."""
+) -> dict[str, dict[int, Curve]]:
+    """Find a panel's lines by label and run; without points there is none."""
     lines_of = {}
     for curve in curves:
-        lines = curves_of(runs, curve.side, curve.column)
+        lines = {
+            which: line
+            for which, run in enumerate(runs)
+            for line in curves_of([run], curve.side, curve.column)
+        }
         if lines:
             lines_of[curve.label] = lines
     return lines_of

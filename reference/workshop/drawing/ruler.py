@@ -9,6 +9,7 @@ strategies stand.
 from collections.abc import Sequence
 from functools import partial
 from textwrap import fill
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,7 +17,7 @@ from matplotlib.figure import Figure
 from reference import paper
 from reference.evaluation.score import Ruler, paper_ruler
 from reference.workshop.comparing.results import Cell
-from reference.workshop.drawing.crossplay import players
+from reference.workshop.drawing.crossplay import LINE_STYLES, players
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE, TEXT, Style, legend, sheet
 
@@ -83,7 +84,8 @@ def contours(
 ) -> Figure:
     """Draw E over R and h, the line E = 1, and each match as a point [F9] [F10].
 
-    Colours tell robots, again with a dark edge from the eleventh on, and shapes fires.
+    Colours tell robots, as in evacuation curves of the same matches, again with a dark
+    edge from the ninth on; shapes tell fires.
     Matches that lie off the ruler are left out.
     """
     shown = [cell for cell in cells if cell.score]
@@ -92,21 +94,21 @@ def contours(
     rewards = [R for cell in shown for R in cell.reward]
     hard = [h for cell in shown for h in cell.difficulty]
 
-    # The page shows all matches, and at least the upper quarter of the ruler.
+    # The page shows all matches, and little more; without any, the upper ruler.
     worst = ruler.reward_at(paper.WORST_POINT[1])
     one = ruler.reward_at(ruler.beta)  # where E = 1 without fire
-    left = min([0.0, one + (worst - one) / 4, *rewards])
-    right = max([one, *rewards])
-    room = 0.05 * (right - left)
-    wide = np.linspace(left - room, right + room, 200)
-    top = max([difficulty_at(ruler, wide[0]), *hard])
-    high = np.linspace(0, 1.05 * top, 200)
+    wide = _fitting(
+        rewards or [min(0.0, one + (worst - one) / 4), one], (one - worst) / 80
+    )
+    hardest = difficulty_at(ruler, wide[0])
+    high = _fitting(hard or [0.0, hardest], hardest / 40, lowest=0.0)
     E = ruler.score(*np.meshgrid(wide, high))
     shades = axes.contourf(wide, high, E, LEVELS, cmap="BrBG", alpha=0.6, extend="max")
     axes.contour(wide, high, E, [1], colors=TEXT, linewidths=2.4)
 
-    robots = players(shown, "robots")
-    fires = players(shown, "fire")
+    robots = players(cells, "robots")
+    fires = players(cells, "fire")
+    colours = LINE_STYLES.by_key()["color"]
     for cell in shown:
         x, *across = cell.reward
         y, *up = cell.difficulty
@@ -114,7 +116,7 @@ def contours(
         marker = MARKERS[fires.index(cell.fire) % len(MARKERS)]
         name = fill(f"{cell.robots}, fire {cell.fire}", 30)
         team = robots.index(cell.robots)
-        look: Style = {"color": f"C{team}", "mec": "white" if team < 10 else TEXT}
+        look: Style = {"color": colours[team % 8], "mec": "white" if team < 8 else TEXT}
         look |= {"ls": "", "marker": marker, "ms": 8, "clip_on": False}
         axes.plot(x, y, label=f"{name}  {ruler.score(x, y):.2f}", **look)
 
@@ -124,3 +126,14 @@ def contours(
     handles, _ = axes.get_legend_handles_labels()
     legend(figure, handles, ncols=4, fontsize=8)
     return figure
+
+
+def _fitting(values: Sequence[float], room: float, lowest: float = -np.inf) -> Any:
+    """Make 200 steps from the least to the greatest value, and a little further.
+
+    room: the least to leave on each side;  lowest: where the axis may begin
+    """
+    left = min(values)
+    right = max(values)
+    room = max(room, 0.05 * (right - left))
+    return np.linspace(max(left - room, lowest), right + room, 200)

@@ -1,12 +1,14 @@
 // The player of a film: draws `film`, which web_film.py made, on a canvas for each floor.
 // k  frame;  t  seconds;  i  a body: people, then robots;  one  a body in a frame
 
-const STATES = ["follower", "leader", "out", "dead", "robot"]
+const STATES = ["follower", "leader", "out", "died here", "robot"]
 const [FOLLOWER, LEADER, OUT, DEAD, ROBOT] = STATES.keys()
 const [across, down] = film.size, root = document.documentElement
 const all = (what, within = document) => [...within.querySelectorAll(what)]
 const [button, slider, told, speed] = all("footer button, footer input, output, select")
 const range = n => [...Array(n).keys()]
+const small = matchMedia("(max-width: 699px), (max-height: 499px)") // one run at a time
+const taps = matchMedia("(pointer: coarse)")
 
 // -- The data -----------------------------------------------------------------------
 
@@ -26,14 +28,17 @@ async function read(run, which) {
     bodies.filter(one => one.state == state).length))
   Object.assign(run, { article: all("article")[which], chosen: -1 })
 }
-const frame = (run, t) => Math.min(Math.floor(t / film.step + 1e-6), run.frames.length - 1)
+const when = k => Math.min(k * film.step, film.end) // s; the last frame is the end
+const frame = (run, t) => t >= film.end - 1e-6 ? run.frames.length - 1 :
+  Math.min(Math.floor(t / film.step + 1e-6), run.frames.length - 1)
 const since = (run, i, state) => // s when a body got into a state, below 0: never
-  run.frames.findIndex(bodies => bodies[i].state == state) * film.step
+  when(run.frames.findIndex(bodies => bodies[i].state == state))
 function bodies(run, t) { // where and how all are, also between two frames
   const k = frame(run, t), next = run.frames[k + 1] ?? run.frames[k]
+  const passed = (t - when(k)) / (when(k + 1) - when(k) || 1) // 0 to 1, of the interval
   return run.frames[k].map((one, i) => {
     const [dx, dy] = [next[i].x - one.x, next[i].y - one.y], walks = Math.hypot(dx, dy) < 40
-    const part = walks && next[i].floor == one.floor ? t / film.step - k : 0
+    const part = walks && next[i].floor == one.floor ? passed : 0
     return { ...one, x: one.x + part * dx, y: one.y + part * dy }
   })
 }
@@ -43,14 +48,14 @@ function bodies(run, t) { // where and how all are, also between two frames
 const SHAPES = { // outline, colours of its inside and of its edge, width of the edge
   follower: ["M1 0A1 1 0 1 1-1 0A1 1 0 1 1 1 0Z", "", "ink", 1],
   leader: ["M0-1.3L1.2.9H-1.2Z", "", "ink", 1],
-  dead: ["M-1-1L1 1M1-1L-1 1", "", "ink", 1.8],
+  "died here": ["M-1-1L1 1M1-1L-1 1", "", "ink", 1.8],
   robot: ["M0-1.4L1.4 0L0 1.4L-1.4 0Z", "robot", "ink", 2.2],
-  goal: ["M-1 0H1M0-1V1", "", "ink", 1.4],
-  fire: ["M0-1.8L.5-.6L1.8-.5L.8.3L1.1 1.6L0 .9L-1.1 1.6L-.8.3L-1.8-.5L-.5-.6Z",
+  destination: ["M-1 0H1M0-1V1", "", "ink", 1.4],
+  "fire source": ["M0-1.8L.5-.6L1.8-.5L.8.3L1.1 1.6L0 .9L-1.1 1.6L-.8.3L-1.8-.5L-.5-.6Z",
     "source", "page", 1],
   flames: ["M-1-1H1V1H-1Z", "flame", "ember", 0.6],
   ash: ["M-1-1H1V1H-1Z", "ash", "ash", 0.6],
-  charred: ["M-1-1H1V1H-1Z", "char", "flame", 1],
+  "burnt door": ["M-1-1H1V1H-1Z", "char", "flame", 1],
   ring: ["M2 0A2 2 0 1 1-2 0A2 2 0 1 1 2 0Z", "", "source", 2],
 }
 for (const shape of Object.values(SHAPES)) shape[0] = new Path2D(shape[0])
@@ -75,6 +80,18 @@ function line(context, way, colour, width) {
   context.stroke()
 }
 
+function write(context, [, x, y, decimetres, upright, name]) { // over flames; not huge
+  context.save()
+  context.translate(x * metre / 10, y * metre / 10)
+  if (upright) context.rotate(-Math.PI / 2)
+  Object.assign(context, { font: `${Math.min(decimetres * metre / 10, 15)}px system-ui`,
+    textAlign: "center", textBaseline: "middle", lineJoin: "round", lineWidth: 3,
+    strokeStyle: ink("floor"), fillStyle: ink("text") })
+  context.strokeText(name, 0, 0)
+  context.fillText(name, 0, 0)
+  context.restore()
+}
+
 // -- A floor at an instant ----------------------------------------------------------
 
 function paint(run, floor, canvas, bodies, t) {
@@ -87,7 +104,10 @@ function paint(run, floor, canvas, bodies, t) {
   for (const [level, row, column, lit, ash] of run.flames)
     if (level == floor && lit <= k) cell(ash >= 0 && ash <= k ? "ash" : "flames", row, column)
   for (const [mark, burnt] of run.doors.filter(door => film.marks[door[0]].floor == floor))
-    if (burnt <= t) film.marks[mark].cells.forEach(place => cell("charred", ...place))
+    if (burnt <= t) film.marks[mark].cells.forEach(place => cell("burnt door", ...place))
+  film.rooms.filter(room => room[0] == floor).forEach(room => write(context, room))
+  for (const [level, x, y, lit] of run.sources)
+    if (level == floor && lit <= t) at("fire source", x, y)
   const here = bodies.filter(one => one.floor == floor && one.state != OUT)
   context.globalAlpha = 0.5
   for (const one of here.filter(one => one.state < OUT)) {
@@ -96,12 +116,11 @@ function paint(run, floor, canvas, bodies, t) {
     line(context, [...way, one], "faint", 1)
   }
   context.globalAlpha = 1
-  for (const [level, x, y, lit] of run.sources) if (level == floor && lit <= t) at("fire", x, y)
   for (const one of here.filter(one => one.toX >= 0)) {
     context.setLineDash([4, 3])
     line(context, [one, { x: one.toX, y: one.toY }], "ink", 0.9)
     context.setLineDash([])
-    at("goal", one.toX, one.toY)
+    at("destination", one.toX, one.toY)
   }
   for (const { state, x, y, health } of here.sort((a, b) => a.state % DEAD - b.state % DEAD))
     at(STATES[state], x, y, state < OUT && colour(health))
@@ -118,7 +137,7 @@ const AREAS = [["ink", [OUT, FOLLOWER, LEADER, DEAD]], ["inside", [OUT, FOLLOWER
   ["exit", [OUT]]] // the dead above, those inside between, those out below
 function chart(run, t) {
   const [canvas] = all(".time", run.article), context = canvas.getContext("2d")
-  const wide = canvas.clientWidth, high = canvas.clientHeight - 15, second = wide / film.limit
+  const wide = canvas.clientWidth, high = canvas.clientHeight - 15, second = wide / film.end
   const box = (name, x, width, alpha = 1) => {
     Object.assign(context, { fillStyle: ink(name), globalAlpha: alpha })
     context.fillRect(x, 0, width, high)
@@ -130,7 +149,7 @@ function chart(run, t) {
       states.reduce((sum, state) => sum + counts[state], 0))
     context.beginPath()
     context.lineTo(0, high)
-    tops.forEach((top, k) => context.lineTo(k * film.step * second, top))
+    tops.forEach((top, k) => context.lineTo(when(k) * second, top))
     context.lineTo(wide, tops.at(-1))
     context.lineTo(wide, high)
     context.fillStyle = ink(name)
@@ -141,57 +160,58 @@ function chart(run, t) {
   Object.assign(context, { fillStyle: ink("text"), font: "11px system-ui" })
   for (const part of range(5)) {
     context.textAlign = ["left", "center", "center", "center", "right"][part]
-    context.fillText(`${Math.round(part / 4 * film.limit)} s`, part / 4 * wide, high + 12)
+    context.fillText(`${Math.round(part / 4 * film.end)} s`, part / 4 * wide, high + 12)
   }
   const [follow, lead, out, dead] = run.counts[frame(run, t)]
   const told = [out, follow + lead, dead]
-  all(".counts b", run.article).forEach((b, j) => { b.textContent = told[j] })
+  all(".status b", run.article).forEach((b, j) => { b.textContent = told[j] })
+  all(".verdict", run.article)[0].classList.toggle("over", t >= film.end)
 }
 function facts(run, t) {
   const one = run.frames[frame(run, t)][run.chosen]
-  if (!one) return "Click a person or a robot, or press N, to know more."
+  if (!one) return taps.matches ? "Tap a person or a robot to know more." :
+    "Click a person or a robot, or press N, to know more."
   const called = i => i < run.people ? `person ${i + 1}` : `robot ${i - run.people + 1}`
   const led = run.frames[frame(run, t)].filter(other => other.leader == one.i).length
   const where = `${called(one.i)}, floor ${one.floor + 1}`, leads = led ? `, leads ${led}` : ""
-  const health = `health ${one.health} of 100`, when = Math.round(since(run, one.i, one.state))
+  const health = `health ${one.health} of 100`, t0 = Math.round(since(run, one.i, one.state))
   if (one.state == ROBOT) return where + leads +
     `, says “${one.says < 0 ? "follow me" : "go to " + film.marks[one.says].name}”`
-  if (one.state == OUT) return `${called(one.i)}: got out after ${when} s, ${health}`
-  if (one.state == DEAD) return `${where}: died after ${when} s`
-  const does = one.stairwell >= 0 ? "on the stairs" : one.state == LEADER ? "finds the way" :
-    one.leader >= 0 ? `follows ${called(one.leader)}` : "lost its leader"
+  if (one.state == OUT) return `${called(one.i)}: got out after ${t0} s, ${health}`
+  if (one.state == DEAD) return `${where}: died after ${t0} s`
+  const does = one.stairwell >= 0 ? "on the stairs" : one.state == LEADER ? "a leader" :
+    one.leader >= 0 ? `follows ${called(one.leader)}` : "a follower, lost its leader"
   return `${where}: ${does}${leads}, ${health}`
 }
 function legend() { // of what occurs in this film
   const some = test => film.runs.some(test), [aside] = all("aside")
   const is = state => some(run => run.counts.some(counts => counts[state]))
-  const words = [["follower", "person who follows", is(FOLLOWER)],
-    ["leader", "person who finds the way", is(LEADER)], ["dead", "died here", is(DEAD)],
-    ["robot", "robot", is(ROBOT)], ["goal", "where a robot goes", is(ROBOT)],
-    ["fire", "fire breaks out", some(run => run.sources.length)],
-    ["flames", "flames", some(run => run.flames.length)],
-    ["ash", "ash, burns no more", some(run => run.flames.some(cell => cell[4] >= 0))],
-    ["charred", "burnt door", some(run => run.doors.length)]]
-  for (const [name, said] of words.filter(entry => entry[2])) {
+  const occurs = {
+    follower: is(FOLLOWER), leader: is(LEADER), "died here": is(DEAD), robot: is(ROBOT),
+    destination: is(ROBOT), "fire source": some(run => run.sources.length),
+    flames: some(run => run.flames.length),
+    ash: some(run => run.flames.some(cell => cell[4] >= 0)),
+    "burnt door": some(run => run.doors.length) }
+  for (const name of Object.keys(occurs).filter(name => occurs[name])) {
     const icon = Object.assign(document.createElement("canvas"), { width: 40, height: 40 })
     const entry = document.createElement("span")
     const full = name == "follower" || name == "leader" ? colour(100) : ""
     icon.repaint = () => put(icon.getContext("2d"), name, 20, 20, 10, full)
-    entry.append(icon, " " + said)
+    entry.append(icon, " " + name)
     aside.append(entry)
   }
-  aside.insertAdjacentHTML("beforeend", `<span>health: near death <i style="width: 90px;
-    background: linear-gradient(90deg, ${film.health})"></i> full</span>
-    <span>faint line: walked in the last ${film.trail} s</span><span>at the slider:
-    <i class="source"></i> fire, <i class="ink"></i> death${
+  aside.insertAdjacentHTML("beforeend", `<span>health: 0 <i style="width: 90px;
+    background: linear-gradient(90deg, ${film.health})"></i> 100</span>
+    <span>faint line: walked in ${film.trail} s</span><span>at the slider:
+    <i class="source"></i> fire source, <i class="ink"></i> death${
     film.runs[1] ? "; below it: of the second" : ""}</span>`)
 }
 function marks(run, which) { // at the slider
   const died = range(run.people).map(i => since(run, i, DEAD)).filter(t => t >= 0)
-  const fires = run.sources.map(fire => ["source", "fire", fire[3]])
+  const fires = run.sources.map(fire => ["source", "fire source", fire[3]])
   for (const [ink, what, t] of [...fires, ...died.map(t => ["ink", "death", t])]) {
     const tick = document.createElement("i")
-    tick.style.left = `calc(8px + ${t / film.limit} * (100% - 16px))`
+    tick.style.left = `calc(8px + ${t / film.end} * (100% - 16px))`
     tick.title = `${what} after ${Math.round(t)} s`
     tick.className = ink
     tick.dataset.run = which
@@ -201,7 +221,7 @@ function marks(run, which) { // at the slider
 
 // -- Playing ------------------------------------------------------------------------
 
-let time = 0, playing = false, held = false, before = 0, end = 0, alone = -1
+let time = 0, playing = false, held = false, before = 0, alone = -1
 function show() {
   for (const run of film.runs.filter(run => !run.article.hidden)) {
     const now = bodies(run, time)
@@ -211,11 +231,11 @@ function show() {
     all(".facts", run.article)[0].textContent = facts(run, time)
   }
   slider.value = time
-  told.value = `${Math.round(time)} of ${film.limit} s`
+  told.value = `${Math.round(time)} of ${Math.round(film.end)} s`
   slider.setAttribute("aria-valuetext", told.value)
 }
 function seek(t) {
-  time = Math.max(0, Math.min(t, end))
+  time = Math.max(0, Math.min(t, film.end))
   show()
 }
 function choose(run, i) {
@@ -223,20 +243,20 @@ function choose(run, i) {
   show()
 }
 function play(on) {
-  if (on && time >= end) time = 0
+  if (on && time >= film.end) time = 0
   if (on && !playing) requestAnimationFrame(now => advance(before = now))
   playing = on
   button.textContent = on ? "Pause" : "Play"
 }
 function advance(now) {
   if (playing && !held) seek(time + (now - before) / 1000 * speed.value)
-  if (playing && !held && time >= end) play(false)
+  if (playing && !held && time >= film.end) play(false)
   before = now
   if (playing) requestAnimationFrame(advance)
 }
 function layout() { // floors as large as the window lets them be
-  const narrow = root.clientWidth < 700, radios = all("[name=shown]")
-  if (narrow && radios[0].checked) radios[1].checked = true
+  const radios = all("[name=shown]"), [main] = all("main"), bar = all("footer")[0].offsetHeight
+  if (small.matches && radios[0].checked) radios[1].checked = true
   const chosen = radios.findIndex(radio => radio.checked) - 1
   all("article").forEach((article, k) => { article.hidden = chosen >= 0 && k != chosen })
   all("footer i").forEach(i => {
@@ -247,18 +267,29 @@ function layout() { // floors as large as the window lets them be
     all("figure", grid).forEach((figure, floor) => { figure.hidden = alone >= 0 && alone != floor })
   })
   const floors = alone < 0 ? all("figure").length / film.runs.length : 1
-  const wide = all("article:not([hidden])")[0].clientWidth
-  const high = Math.max(240, root.clientHeight - document.body.offsetHeight)
-  const fits = columns => Math.min((wide / columns - 6) / across,
-    narrow ? Infinity : (high / Math.ceil(floors / columns) - 28) / down)
-  const counts = range(narrow ? 1 : floors).map(k => k + 1)
-  const columns = counts.reduce((a, b) => fits(b) > fits(a) ? b : a)
-  metre = fits(columns)
-  root.style.setProperty("--decimetre", metre / 10)
+  const shown = all("article:not([hidden])"), narrow = root.clientWidth < 700
+  const [header] = all("header")
+  const ways = [false, true].slice(0, narrow ? 1 : 2).flatMap(beside => {
+    main.classList.toggle("beside", beside)
+    const stacked = beside ? shown.length : 1, told = all(".told:not([hidden] *)")
+    const words = Math.max(...told.map(one => one.offsetHeight))
+    const rest = small.matches ? header.offsetHeight + bar + 34 :
+      document.body.offsetHeight - main.offsetHeight + 8
+    const high = (root.clientHeight - rest) / stacked - (beside ? 8 : words)
+    if (beside && words > high) return []
+    const wide = shown[0].clientWidth - (beside ? told[0].offsetWidth + 16 : 0)
+    return range(narrow ? 1 : floors).map(k => ({ beside, columns: k + 1,
+      metre: Math.min((wide / (k + 1) - 6) / across,
+        narrow ? Infinity : (Math.max(160, high) / Math.ceil(floors / (k + 1)) - 28) / down) }))
+  })
+  const best = ways.reduce((a, b) => b.metre > a.metre ? b : a)
+  main.classList.toggle("beside", best.beside)
+  metre = best.metre
+  root.style.setProperty("--bar", bar + "px")
   size = Math.max(3.4, Math.min(0.42 * metre, 7))
   density = devicePixelRatio * Math.min(4, visualViewport.scale)
   all(".floors").forEach(grid => Object.assign(grid.style,
-    { display: "", gridTemplateColumns: `repeat(${columns}, ${metre * across}px)` }))
+    { display: "", gridTemplateColumns: `repeat(${best.columns}, ${metre * across}px)` }))
   for (const canvas of all("article canvas")) {
     if (canvas.className != "time") canvas.style.height = metre * down + "px"
     canvas.width = canvas.clientWidth * density
@@ -277,9 +308,9 @@ function touch(run, floor, { offsetX, offsetY, pointerType }) { // a body; else 
 function press(event) { // but what the control in focus does with a key, it does
   const { key, target } = event, { step } = film, faster = { "+": 1, "-": -1 }[key]
   const own = target == speed || target.matches("button, [type=radio]") && key == " " ||
-    target.matches("input") && /^(Arrow|Page|Home|End)/.test(key)
+    target.matches("[type=radio]") && /^Arrow/.test(key)
   const to = { ArrowLeft: time - step, ArrowRight: time + step, PageDown: time - 20,
-    PageUp: time + 20, Home: 0, End: end }[key]
+    PageUp: time + 20, Home: 0, End: film.end }[key]
   if (own || event.ctrlKey || event.altKey || event.metaKey) return
   if (to !== undefined) seek(to)
   else if (key == " ") event.repeat || play(!playing)
@@ -293,7 +324,6 @@ function chooseNext(run) { // the next who is inside, by its number
   choose(run, inside.find(one => one.i > run.chosen)?.i ?? -1)
 }
 function start() {
-  end = (Math.max(...film.runs.map(run => run.frames.length)) - 1) * film.step
   film.runs.forEach(marks)
   legend()
   film.runs.forEach(run => all("figure", run.article).forEach((figure, floor) => {

@@ -2,14 +2,13 @@
 
 The paper's figures, extended in time [A8].  The page draws: `web_film.html` is its
 template, here is what it asks for.  Floors are SVG, whose colours the page's style
-chooses.
+chooses; names of rooms are painted over flames.
 
     B  bodies: people, then robots
 """
 
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
-from html import escape
 from pathlib import Path
 from typing import Any
 from zlib import compress
@@ -28,6 +27,7 @@ FRAME = 0.6  # simulated seconds
 TEMPLATE = Path(__file__).with_name("web_film.html")
 CLASSES = {kind: kind.name.lower() for kind in Kind}  # of cells, on the page
 NEVER = -1
+LARGEST_NAME = 2.5  # metres, of a room's; the player writes none higher than 15 pixels
 ROBOT = len(Fate) + 1  # a state; a human's is its mode while inside, 2 out, 3 dead
 BODY = "x y floor health state stairwell leader says toX toY"
 """What a frame tells of a body: whole numbers, -1 for nothing; places in decimetres."""
@@ -52,7 +52,7 @@ def write_web_film(
     down, across = building.kind.shape[1:]
     film = {
         "step": seconds_per_frame(runs[0]),
-        "limit": min(runs[0].scenario.time_limit, paper.health_seconds()),
+        "end": round(max(run.world.time for run in runs), 9),
         "trail": TRAIL_SECONDS,
         "size": [across, down],
         "columns": BODY.split(),
@@ -61,6 +61,9 @@ def write_web_film(
             {"name": m.id.split("/")[1], "floor": m.floor, "cells": m.cells.tolist()}
             for m in building.landmarks
         ],
+        "rooms": [
+            name for k in range(building.floors) for name in floor_names(building, k)
+        ],
         "runs": [reel.packed() for reel in reels],
     }
 
@@ -68,6 +71,8 @@ def write_web_film(
         film=film,
         script=TEMPLATE.with_suffix(".js").read_text("utf-8"),
         title=building.title,
+        rules=rules_in_words(runs),
+        verdicts=[verdict(run, runs[0], headings[0]) for run in runs],
         headings=[(words or building.title).split("\n") for words in headings],
         names=[page.floor_title(building, k) for k in range(building.floors)],
         floors=[floor_svg(building, k) for k in range(building.floors)],
@@ -75,6 +80,41 @@ def write_web_film(
         inks={CLASSES[kind]: ink for kind, ink in page.COLOURS.items()} | INKS,
     )
     path.write_text(content, "utf-8")
+
+
+def rules_in_words(runs: Sequence[Simulation]) -> str:
+    """Explain in a few sentences what a newcomer sees [B4] [B7]."""
+    words = (
+        f"All begin with {paper.HEALTH:g} health and lose "
+        f"{paper.loss_per_second():g} a second, {paper.BURN_LOSS:g} more in flames; "
+        f"who is inside after {paper.health_seconds():g} s is dead. "
+        "Leaders find their own way; followers go after a leader"
+    )
+    if any(run.world.robots for run in runs):
+        return f"{words} or a robot. Robots lead whom they meet."
+    return f"{words}."
+
+
+def verdict(run: Simulation, first: Simulation, heading: str) -> str:
+    """Say how an evacuation ended: "35 of 40 got out, 5 more than without guides".
+
+    first: the run to compare with, whose heading is this; itself is compared with none
+    """
+    ended = run.outcome()
+    words = f"{ended.evacuated} of {len(run.world.bodies)} got out"
+    if ended.inside:
+        words += f", {ended.inside} still inside"
+    if run is first:
+        return words
+
+    more = ended.evacuated - first.outcome().evacuated
+    same_fire = type(run.fire_strategy) is type(first.fire_strategy)
+    than = f"with “{heading.splitlines()[0] if heading else 'the first'}”"
+    if same_fire and run.world.robots and not first.world.robots:
+        than = "without guides"
+    if more == 0:
+        return f"{words}, as many as {than}"
+    return f"{words}, {abs(more)} {'more' if more > 0 else 'fewer'} than {than}"
 
 
 def seconds_per_frame(run: Simulation) -> float:
@@ -157,7 +197,7 @@ def pack(numbers: np.ndarray) -> list[Any]:
 
 
 def floor_svg(building: Building, floor: int) -> str:
-    """Draw a floor's cells, one path for each kind, and names of rooms; decimetres."""
+    """Draw a floor's cells, one path for each kind; decimetres."""
     drawn = []
     for kind in page.MEANINGS:
         here = np.pad(building.kind[floor] == kind, ((0, 0), (1, 1))).astype(int)
@@ -165,13 +205,17 @@ def floor_svg(building: Building, floor: int) -> str:
         runs = np.argwhere(np.diff(here)).reshape(-1, 4).tolist()
         ways = "".join(f"M{x} {y}H{end}v1H{x}z" for y, x, _, end in runs)
         drawn.append(f'<path class="{CLASSES[kind]}" d="{ways}"/>')
+    return f'<g transform="scale(10)">{"".join(drawn)}</g>'
 
+
+def floor_names(building: Building, floor: int) -> list[list[Any]]:
+    """Place names of rooms: floor, x, y, size, whether upright, name; decimetres."""
     names = []
     for area in building.areas:
-        size, upright = plans.lettering(area, 10.0, 14.0)
+        size, upright = plans.lettering(area, 10.0, 10 * LARGEST_NAME)
         if area.floor == floor and size:
-            y, x = 10 * plans.widest(area.cells)[0] + 5
-            turn = f' transform="rotate(-90 {x:g} {y:g})"' if upright else ""
-            place = f'x="{x:g}" y="{y:g}" style="--room:{size:.1f}px"{turn}'
-            names.append(f"<text {place}>{escape(area.name)}</text>")
-    return f'<g transform="scale(10)">{"".join(drawn)}</g>{"".join(names)}'
+            middle, sides = plans.widest(area.cells)
+            y, x = (10 * middle + 5).tolist()
+            size = min(size, 8.0 * float(sides[1 if upright else 0]))
+            names.append([floor, x, y, round(size, 1), upright, area.name])
+    return names

@@ -18,10 +18,11 @@ one, of a module imported anew, with those that it imports from its folder:
   generators and locks out of it.
 """
 
+import ast
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, redirect_stdout, suppress
 from copy import deepcopy
 from importlib import import_module
 from inspect import signature
@@ -55,6 +56,22 @@ def is_code(word: str) -> bool:
     """Tell whether a word names code: `module:Name`, `package.module:Name`."""
     module, _, name = word.partition(":")
     return all(part.isidentifier() for part in (name, *module.split(".")))
+
+
+def class_in(file: Path, side: Side) -> str:
+    """Name the first class of a file that plays a side; NAME where none is found."""
+    with suppress(OSError, SyntaxError, ValueError):
+        for node in ast.parse(file.read_text("utf-8")).body:
+            if isinstance(node, ast.ClassDef) and _plays(node, side):
+                return node.name
+    return "NAME"
+
+
+def _plays(node: ast.ClassDef, side: Side) -> bool:
+    """Has a class a `decide` that takes what this side is asked?"""
+    methods = [part for part in node.body if isinstance(part, ast.FunctionDef)]
+    asked = 1 + len(ASKED[side])
+    return any(m.name == "decide" and len(m.args.args) == asked for m in methods)
 
 
 def from_code(word: str, side: Side) -> Any:
