@@ -22,7 +22,7 @@ from reference.workshop.comparing.matches import (
 )
 from reference.workshop.comparing.named import DESCRIPTIONS, describe
 from reference.workshop.measuring.crowding import Crowding
-from reference.workshop.measuring.recording import recording, ticks
+from reference.workshop.measuring.recording import recording, remarks, ticks
 from reference.workshop.storage.runs import ContradictionError
 from reference.workshop.storage.scenarios import list_keys
 from reference.workshop.storage.workers import workers
@@ -140,6 +140,8 @@ def evacuate(arguments: Namespace) -> None:
     for path in (arguments.animate, arguments.record, arguments.density):
         if path:
             print_note(f"written: {path}")
+    for line in remarks(arguments.record) if arguments.record else ():
+        print_note(f"in {arguments.record}: {line}")
 
 
 def _table_of(told: Sequence[Facts]) -> str:
