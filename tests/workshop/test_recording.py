@@ -245,7 +245,7 @@ def towers(tmp_path_factory):
 
 def test_a_floor_that_walls_divide_becomes_a_file_for_each_part(towers):
     """Everybody stands in the file of their part, and nobody in two."""
-    folder, run = towers
+    folder, _ = towers
     assert sorted(path.stem for path in folder.iterdir()) == [
         "floor-1",
         "floor-2-part-1",

@@ -37,6 +37,7 @@ PLAYED = ("robots", "fire", "seed")  # what a run played; the rest came of it
 FILMED: list[Pair] = [("none", "random"), ("escort", "random")]
 LEARNED_BOTH: Pair = (LEARNED, LEARNED)
 FILM_FILE = Path("evacuation.html")
+PAIRED = "at most two, the first against the first; default: {}"
 EPISODES_HELP = "how many; episode i uses seed + i; default: 1"
 TYPICAL_SEED = 37
 """A seed whose three evacuations end within three people of the means in RESULTS."""
@@ -89,12 +90,15 @@ def strategies(arguments: Namespace) -> None:
     options.BUILDING,
     options.PEOPLE_OPTION,
     options.SCENARIO,
-    options.player("robots", "default: sweep", default=["sweep"], nargs="+"),
-    options.player("fire", "default: random", default=["random"], nargs="+"),
+    options.player("robots", PAIRED.format("sweep"), default=["sweep"], nargs="+"),
+    options.player("fire", PAIRED.format("random"), default=["random"], nargs="+"),
     options.number("--episodes", 1, EPISODES_HELP, default=1),
     options.SAMPLE,
     options.ERRORS,
-    options.folder("--record", "trajectories of the first episode and pair, for PedPy"),
+    options.folder(
+        "--record",
+        "trajectories of the first episode and pair, for PedPy; a new or empty folder",
+    ),
     options.output(
         "--density",
         options.PICTURES,
@@ -103,7 +107,8 @@ def strategies(arguments: Namespace) -> None:
     options.output(
         "--animate",
         options.FILMS,
-        "film the first episode; two pairs side by side; .mp4 needs ffmpeg",
+        "film the first episode, over a film that is there; two pairs side by side; "
+        ".mp4 needs ffmpeg",
     ),
     options.SEED,
     options.JSON,

@@ -18,6 +18,7 @@ from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.storage.scenarios import kept_fields, list_keys
 
+CROSSED = "each plays against all of --{}; default: {}"
 NO_BASELINE = (
     "no E on a baseline of this building: name a scripted guide among --robots, such "
     "as escort, or take --baseline"
@@ -27,8 +28,8 @@ NO_BASELINE = (
 @options.command(
     "evaluate --robots none patrol sweep --fire none random greedy \\\n"
     "      --baseline sweep --episodes 10 --out out/evaluation",
-    options.player("robots", "default: sweep", nargs="+"),
-    options.player("fire", "default: random", nargs="+"),
+    options.player("robots", CROSSED.format("fire", "sweep"), nargs="+"),
+    options.player("fire", CROSSED.format("robots", "random"), nargs="+"),
     options.BUILDING,
     options.PEOPLE_OPTION,
     options.SCENARIO,

@@ -30,6 +30,7 @@ ROBOT_NAMES, FIRE_NAMES = (
 )
 """Who can play the side that does not learn."""
 SETTING_ROWS = rows_of(SideSettings)
+LEARN_ON = "to learn on, take --initialize-from {out} into another folder"
 TINY = "preset tiny ends before anything is learned; to learn, take --preset laptop"
 
 
@@ -89,6 +90,8 @@ def train(arguments: Namespace) -> None:
 
         training, executor = work
         print_note(training.about())
+        if training.finished:
+            print_note(LEARN_ON.format(out=out))
         path = loop.run_training(training, out, executor)
     report = {
         "building": training.task.building,
