@@ -131,7 +131,7 @@ def samples(looks: Mapping[str, Style]) -> list[Artist]:
 
 def floor_page(
     building: Building, title: str, floors: Sequence[int], alpha: float = 1.0
-) -> tuple[Figure, dict[int, Axes]]:
+) -> tuple[Picture, dict[int, Axes]]:
     """Make a titled figure with a panel in metres for each of the floors."""
     rows, columns = arranged(building, len(floors))
     down, across = np.multiply((rows, columns), building.kind.shape[1:])
