@@ -337,12 +337,9 @@ def test_every_file_to_write_may_lie_in_a_folder_that_is_not_there_yet(
     wanted = tmp_path / "new" / f"deeper/file{suffix}"
     assert told["type"](str(wanted)) == wanted
     (tmp_path / "file").write_text("in the way")
-    for refused in (
-        tmp_path / f"file/deeper/file{suffix}",
-        Path(f"/dev/null/a{suffix}"),
-    ):
+    for place in (tmp_path / "file/deeper", Path("/dev/null")):
         with pytest.raises(OSError, match="Name a file in a folder that is yours"):
-            told["type"](str(refused))
+            told["type"](str(place / f"file{suffix}"))
 
 
 def test_every_output_of_an_evacuation_makes_its_folder():
@@ -351,13 +348,8 @@ def test_every_output_of_an_evacuation_makes_its_folder():
     outputs = "--animate a/b/film.html --density c/d/dense.png --record e/f/paths"
     assert main([*played.split(), *outputs.split()]) == 0
     assert main(["draw", "tiny", "-o", "g/h/tiny.png"]) == 0
-    made = [
-        "a/b/film.html",
-        "c/d/dense.png",
-        "e/f/paths/floor-1.sqlite",
-        "g/h/tiny.png",
-    ]
-    assert all(Path(path).is_file() for path in made)
+    made = "a/b/film.html c/d/dense.png e/f/paths/floor-1.sqlite g/h/tiny.png"
+    assert all(Path(path).is_file() for path in made.split())
 
 
 def test_a_folder_that_was_made_for_nothing_is_removed(tmp_path):

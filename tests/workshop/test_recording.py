@@ -18,7 +18,7 @@ from reference.workshop.strategies.guides import Sweep
 from reference.world import Died, LeftFloor
 
 NO_PEDPY = "PedPy is not installed: pip install -e '.[pedpy]'"
-NO_JUPEDSIM = "JuPedSim is not installed: pip install -e '.[jupedsim]'"
+NO_JUPEDSIM = "JuPedSim is not installed: pip install -e '.[others]'"
 BOUNDS = ("xmin", "xmax", "ymin", "ymax")
 COLUMNS = ["frame", "id", "pos_x", "pos_y", "ori_x", "ori_y", "mode", "leader"]
 
