@@ -56,8 +56,8 @@ MEASURED = "PedPy's demonstration data, trajectories of the Jülich data archive
 """The source of both, and of real people's flow through exits, 1.9 to 2.4.
 
 Our densities are people per area, counted. Who compares them with Voronoi densities of
-PedPy 1.5 sets `Cutoff(radius=..., quad_segments=16)`: by default the circle is a polygon
-of 12 corners, 4.5 % smaller, and people who stand alone are that much denser.
+PedPy 1.5 sets `Cutoff(radius=..., quad_segments=16)`: by default the circle is a
+polygon of 12 corners, 4.5 % smaller, and people who stand alone are that much denser.
 """
 
 CASES["fundamental-diagram"]["note"] = "real people: " + ", ".join(
