@@ -188,7 +188,10 @@ class FireStrategy(Protocol):
     """Decides where fires break out [D2]."""
 
     def decide(self, world: World, rng: Rng) -> Decision | None:
-        """Floor and metres of the next source, or None for none."""
+        """Floor and metres of the next source, or None for none.
+
+        Floors count from 0: what a map calls floor 1 is 0.
+        """
 
 
 class NoFire:

@@ -257,6 +257,18 @@ def limits() -> dict[str, Limits]:
     }
 
 
+def refuse_words(building: Any, robots: Any, fire: Any) -> None:
+    """Raise InputError for a name or a class where an object is needed."""
+    made_by = {"building": "load({})", "robots": "Sweep()", "fire": "RandomFire()"}
+    for name, value in zip(made_by, (building, robots, fire), strict=True):
+        if isinstance(value, type):
+            how = f"{value.__name__}()"
+            raise InputError(f"{name} is the class: give an object, {how}")
+        if isinstance(value, str):
+            how = made_by[name].format(repr(value)[:60])
+            raise InputError(f"{name} is {value!r:.60}: give an object, such as {how}")
+
+
 def refuse_beyond(name: str, value: Any, limit: Limits, whole: bool) -> None:
     """Raise InputError unless a value is a number within limits.
 
@@ -308,6 +320,13 @@ class Scenario:
             refuse_beyond("one of people_per_floor", count, limit_of["people"], True)
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
+        if self.people_per_floor is not None:
+            count = sum(self.people_per_floor)
+            if self.people not in (PEOPLE, count):  # the default was not asked for
+                raise InputError(
+                    f"people is {self.people}, people_per_floor comes to {count}: "
+                    "leave one out"
+                )
         if self.decision_seconds < self.tick:
             raise InputError(
                 f"decision_seconds is {self.decision_seconds:g}: it must be a tick or "

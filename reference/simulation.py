@@ -23,7 +23,7 @@ from reference.beginning import generators, starting_world
 from reference.building import Building, Kind
 from reference.fire import FireStrategy, Generator, NoFire, Spread, cells_beside
 from reference.navigation import navigation_of
-from reference.paper import Scenario
+from reference.paper import Scenario, refuse_words
 from reference.rays import sight_of
 from reference.rewards import group_reward
 from reference.robots import Destinations, NoRobots, RobotAlgorithm, RobotStrategy
@@ -78,9 +78,11 @@ class Simulation:
     ):
         """Set up a run. Same seed and inputs, same run; default: no robots and no fire.
 
+        robots, fire: copied together, so that what they remember is this run's alone
         world: what exists now; else drawn as the scenario says.
-        Raises ValueError for more people than fit.
+        Raises InputError for names in place of objects, and for more people than fit.
         """
+        refuse_words(building, robots, fire)
         self.building = building
         self.scenario = scenario or Scenario()
         self.navigation = navigation_of(building)
@@ -90,8 +92,9 @@ class Simulation:
 
         # who takes part
         self.rng = generators(seed)
-        self.robot_strategy: RobotStrategy = robots or NoRobots()
-        self.fire_strategy: FireStrategy = fire or NoFire()
+        self.robot_strategy, self.fire_strategy = deepcopy(
+            (robots or NoRobots(), fire or NoFire())
+        )
         self.algorithm = RobotAlgorithm()
         self.generator = Generator(building, self.scenario, self.rng["elsewhere"])
         self.spread = Spread(building, self.scenario, self.rng["flames"])
@@ -123,7 +126,9 @@ class Simulation:
         return late or not any(self.world.occupancy)
 
     def step(self) -> list[Event]:
-        """Run one tick; return its events."""
+        """Run one tick; return its events. After the end nothing happens."""
+        if self.done:
+            return []
         already = len(self.events)
         # SENSE
         who = np.flatnonzero(self.due & self.world.bodies.walking)

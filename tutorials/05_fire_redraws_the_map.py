@@ -35,7 +35,7 @@ class Candle:
     """Always in the gallery of modern art."""
 
     def decide(self, world, rng):
-        return 0, 15.2, -10.4  # floor (0 is the first), x and y in metres
+        return 0, 15.2, -10.4  # floor (a map's floor 1 is 0), x and y in metres
 
 
 museum = load("museum")

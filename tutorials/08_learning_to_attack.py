@@ -208,7 +208,7 @@ class Ambush:
         (way_out,) = world.building.exits
         metres = np.where(free_places(world), nav.distance_to(way_out), np.inf)
         x, y = nav.centres[metres.argmin()].tolist()
-        return 0, x, y
+        return 0, x, y  # a map's floor 1 is 0
 
 
 ambushed = saved(scripted(Ambush()))

@@ -40,7 +40,9 @@ print(*sorted(path.name for path in folder.iterdir()))
 
 # %% Nobody walks through walls
 # The walkable area is one polygon with holes. A person who takes the stairs leaves the
-# file of one floor and enters that of another, with the same id.
+# file of one floor and enters that of another, with the same id. A floor that walls
+# divide becomes a file for each part, floor-2-part-1.sqlite and so on, since PedPy and
+# JuPedSim take one polygon. A file in which nobody ever was cannot be loaded by PedPy.
 
 ground = folder / "floor-1.sqlite"
 paths = pedpy.load_trajectory_from_jupedsim_sqlite(trajectory_file=ground)
@@ -67,13 +69,15 @@ print("all who left were counted:", passed.cumulative_pedestrians.max() == len(l
 # %% How density slows people down
 # A person's Voronoi cell is all floor that is nearer to this person than to others, at
 # most 1.5 m away. One divided by its area is the density (Steffen and Seyfried 2010).
-# We measure it once a second, in front of the exit.
+# We measure it once a second, in front of the exit. PedPy's own circle of 1.5 m is a
+# polygon of 12 corners, 4.5 % smaller than a circle, which makes people who stand alone
+# that much denser. Ours has 64.
 
 some = paths.data[paths.data.frame % 5 == 0]
 cells = pedpy.compute_individual_voronoi_polygons(
     traj_data=pedpy.TrajectoryData(some, paths.frame_rate),
     walkable_area=area,
-    cut_off=pedpy.Cutoff(radius=1.5),
+    cut_off=pedpy.Cutoff(radius=1.5, quad_segments=16),
 )
 speeds = pedpy.compute_individual_speed(traj_data=paths, frame_step=3)
 felt = some.merge(cells, on=["id", "frame"]).merge(speeds, on=["id", "frame"])

@@ -10,7 +10,6 @@ inside any more, truncated if time is up.
 """
 
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -99,8 +98,7 @@ def until_next_decision(simulations: Sequence[Simulation]) -> None:
     """Run each simulation to its next decision or its end, one after the other."""
     for simulation in simulations:
         for _ in range(simulation.decision_ticks):
-            if not simulation.done:
-                simulation.step()
+            simulation.step()
 
 
 class Environment:
@@ -143,17 +141,15 @@ class Environment:
             raise ValueError("nobody acts: leave the robots or the fire to an agent")
         self.agents: list[str] = []
         self._seeds = np.random.default_rng()
-        self._begin(seed=0)
+        self._begin(0)
 
     def _begin(self, seed: int) -> None:
         """Begin a simulation that carries out the agents' actions."""
-        self._agent_robots = AgentRobots()
-        self._agent_fire = AgentFire()
         self.simulation = Simulation(
             self.building,
             self.scenario,
-            deepcopy(self._robots) or self._agent_robots,
-            deepcopy(self._fire) or self._agent_fire,
+            self._robots or AgentRobots(),
+            self._fire or AgentFire(),
             seed,
         )
 
@@ -177,31 +173,33 @@ class Environment:
         Actions of agents that have left are ignored. Raises KeyError for one that is
         missing; `workshop.zoo` checks others' actions and says what is wrong.
         """
+        run = self.simulation
         agents = self.agents
-        already = len(self.simulation.events)
+        already = len(run.events)
         chosen: dict[str, Any] = {}
         for agent in agents:
             read = fire_decision if agent == FIRE else destination
             action = np.asarray(actions[agent], dtype=np.float64)
             chosen[agent] = read(self.building, action)
-        self._agent_robots.chosen = [chosen.get(agent) for agent in self._robot_agents]
-        self._agent_fire.chosen = [chosen.get(FIRE)]
-        until_next_decision([self.simulation])
+        if isinstance(run.robot_strategy, AgentRobots):
+            run.robot_strategy.chosen = list(map(chosen.get, self._robot_agents))
+        if isinstance(run.fire_strategy, AgentFire):
+            run.fire_strategy.chosen = [chosen.get(FIRE)]
+        until_next_decision([run])
 
         # rewards
-        events = self.simulation.events[already:]
+        events = run.events[already:]
         rewards = dict.fromkeys(agents, group_reward(events))  # [E5]
         if FIRE in agents:
             rewards[FIRE] = fire_reward(events)  # [D6]
 
         # who leaves
-        done = self.simulation.done
-        inside = any(self.simulation.world.occupancy)
+        inside = any(run.world.occupancy)
         at_work = self._at_work()
         ended = {agent: not at_work[agent] for agent in agents}  # [C8]
-        if done:
+        if run.done:
             ended = dict.fromkeys(agents, not inside)
-        cut = dict.fromkeys(agents, done and inside)
+        cut = dict.fromkeys(agents, run.done and inside)
         self.agents = [a for a in agents if not (ended[a] or cut[a])]
         return self._observed(agents), rewards, ended, cut, self._infos(agents)
 

@@ -5,7 +5,6 @@ an episode's randomness depends on its own seed alone.
 """
 
 from collections.abc import Callable, Sequence
-from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -115,15 +114,17 @@ class _RunningEpisode:
     ):
         self.players = players
         self.seed = seed
-        self.agents: dict[Side, Any] = {"robots": AgentRobots(), "fire": AgentFire()}
-        sides: dict[str, Any] = {
-            side: agents if side in players else deepcopy(getattr(job, side))
-            for side, agents in self.agents.items()
+        sides: dict[Side, Any] = {"robots": AgentRobots(), "fire": AgentFire()}
+        sides |= {side: getattr(job, side) for side in SIDES if side not in players}
+        run = Simulation(building, job.scenario, **sides, seed=seed)
+        self.simulation = run
+        self.agents: dict[Side, Any] = {
+            "robots": run.robot_strategy,
+            "fire": run.fire_strategy,
         }
-        self.simulation = Simulation(building, job.scenario, **sides, seed=seed)
         self.told = 0  # events
         self.decisions = 0
-        self.there = np.ones(len(self.simulation.world.robots), dtype=bool)
+        self.there = np.ones(len(run.world.robots), dtype=bool)
         self.seen = np.zeros((), dtype=np.float32)
         self.rngs = {  # beside the simulation's own
             side: np.random.default_rng([seed, k]) for k, side in enumerate(SIDES, 1)
@@ -174,16 +175,16 @@ class _RunningEpisode:
 
     def episode(self) -> Episode:
         """Make the whole episode, once it is over."""
-        outcome = self.simulation.outcome()
-        events = self.simulation.events
+        run = self.simulation
+        outcome = run.outcome()
         facts = {
             "group_reward": outcome.reward,
-            "fire_reward": fire_reward(events),
+            "fire_reward": fire_reward(run.events),
             "survival": outcome.evacuated / max(1, outcome.people),
             "evacuated": outcome.evacuated,
             "died": outcome.died,
-            "refused": sum(isinstance(e, FireRefused) for e in events),
-            "sources": len(self.simulation.world.flames.sources),
+            "refused": sum(isinstance(e, FireRefused) for e in run.events),
+            "sources": len(run.world.flames.sources),
             "seconds": outcome.simulated_seconds,
             "length": self.decisions,
         }

@@ -26,15 +26,31 @@ Rewards [E5].  In health points, 100 to a person. The robots': the health of eac
 who leaves a floor alive, 100 more at an exit, -300 for a death. The fire's: what the
 robots lose, less 10 for a place that is refused.
 
-Infos.  `acts`, and the outcome so far: the fields SO_FAR of `Outcome`.
+Infos.  `acts`, and the outcome so far: the fields SO_FAR of `Outcome`. Those of `reset`
+tell how the episode before it ended, 0 for none: wrappers that begin the next episode
+by themselves lay them over the infos of the last step (SuperSuit), and others refuse a
+key in `step` that was not in `reset` (TorchRL).
+
+Seeds.  `reset(seed)` repeats an episode; later ones without a seed follow from it. One
+that was never reset begins by chance, and so does each copy of it. Hand it over like
+that: copies of one that was reset go on alike.
 
 `state()` is the vector from nobody's point of view, for a central critic. `flat=True`
 makes what common wrappers and learners expect, see `FlatEnvironment`. For agents that
 act in turn there is PettingZoo's `parallel_to_aec`.
+
+Others' wrappers.  TorchRL 0.14: `PettingZooWrapper` ends an episode when the first
+robot leaves, unless it is called with `use_mask=True, done_on_any=False`; its
+`set_seed` spends the seed, so that the reset after it plays another episode.
+SuperSuit 3.11: with `num_cpus` above 1 and several environments on each,
+`concat_vec_envs_v1` hands the same seeds out more than once; with `num_cpus=1` all
+differ. Its environments have no `seed`, which stable-baselines3 asks for.
 """
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
+from operator import index
+from secrets import randbits
 from typing import Any, ClassVar
 
 import numpy as np
@@ -106,6 +122,8 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         )
         self.agents = list[str]()  # before the first episode
         self._begun = False
+        self.np_random = np.random.default_rng()  # for others' wrappers
+        self._so_far = dict.fromkeys(SO_FAR, 0.0)
         self.possible_agents = self.environment.possible_agents
         self._history = [tally(self.environment.simulation.world)]
 
@@ -130,7 +148,16 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], Infos]:
-        """Begin a new episode; see `Environment.reset`. There are no options."""
+        """Begin a new episode; see `Environment.reset`. There are no options.
+
+        Raises ValueError for what is no seed.
+        """
+        if seed is not None:
+            seed = _checked_seed(seed)
+        elif not self._begun:  # drawn as late as this, so that copies differ
+            seed = randbits(32)
+        if seed is not None:
+            self.np_random = np.random.default_rng([seed, 1])
         seen, infos = self.environment.reset(seed)
         self._begun = True
         self._history.clear()
@@ -143,21 +170,25 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         """Take one decision of all agents; see `Environment.step`.
 
         Raises ValueError, which names the agent, for an action that is missing or
-        invalid, and RuntimeError before the first reset.
+        invalid, or for what is no mapping, and RuntimeError before the first reset.
         """
         if not self._begun:
             raise RuntimeError("call reset() before step()")
+        if not isinstance(actions, Mapping):
+            raise ValueError(
+                f"actions are a {type(actions).__name__}: give a dict with an action "
+                "for each of `agents`"
+            )
         checked = {a: _checked(a, actions) for a in self.environment.agents}
         seen, rewards, ended, cut, infos = self.environment.step(checked)
+        outcome = self.environment.simulation.outcome()
+        self._so_far = {name: float(getattr(outcome, name)) for name in SO_FAR}
         return self._seen(seen), rewards, ended, cut, self._with_outcome(infos)
 
     def _with_outcome(self, infos: Infos) -> Infos:
         self.agents = self.environment.agents.copy()
-        simulation = self.environment.simulation
-        self._history.append(tally(simulation.world))
-        outcome = simulation.outcome()
-        so_far = {name: float(getattr(outcome, name)) for name in SO_FAR}
-        return {agent: info | so_far for agent, info in infos.items()}
+        self._history.append(tally(self.environment.simulation.world))
+        return {agent: info | self._so_far for agent, info in infos.items()}
 
     def state(self) -> np.ndarray:
         """(V,) float32: everything, from nobody's point of view, now."""
@@ -180,6 +211,17 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
     def __getstate__(self) -> dict[str, Any]:
         """Leave the page of pictures behind, when it is copied to another process."""
         return {name: value for name, value in vars(self).items() if name != "_film"}
+
+
+def _checked_seed(seed: Any) -> int:
+    """Read a seed. Raises ValueError for what is none."""
+    try:
+        number = index(seed)
+    except TypeError:
+        number = -1
+    if number < 0 or isinstance(seed, bool):
+        raise ValueError(f"seed is {seed!r:.60}: give a non-negative whole number")
+    return number
 
 
 def _checked(agent: str, actions: Mapping[str, Any]) -> np.ndarray:

@@ -15,7 +15,7 @@ from scipy.spatial.distance import pdist
 from reference import paper
 from reference.building import Building, Kind
 from reference.fire import RandomFire
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop import maps
 from reference.workshop.engine import to_the_end
@@ -32,6 +32,33 @@ def run(name="tiny", people=20, robots="sweep", fire="random", seed=0, **scenari
 def bodies(sim):
     """All that is known of the bodies now, as a copy."""
     return deepcopy(vars(sim.world.bodies))
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"building": "tiny"}, r"building is 'tiny': .* such as load\('tiny'\)"),
+        ({"building": Building}, r"building is the class: .* Building\(\)"),
+        ({"robots": "sweep"}, r"robots is 'sweep': .* such as Sweep\(\)"),
+        ({"robots": ROBOTS["sweep"]}, r"robots is the class: .* Sweep\(\)"),
+        ({"fire": "random"}, r"fire is 'random': .* such as RandomFire\(\)"),
+        ({"fire": RandomFire}, r"fire is the class: .* RandomFire\(\)"),
+    ],
+)
+def test_refuses_names_and_classes_where_objects_are_needed(given, told):
+    """In one line, which says what to give."""
+    with pytest.raises(InputError, match=told):
+        Simulation(**{"building": shipped("tiny")} | given)
+
+
+@pytest.mark.parametrize("limit", [2.0, 200.0])
+def test_after_the_end_nothing_happens(limit):
+    """Whether time is up or everybody is out: a step more changes nothing."""
+    sim = run(people=1, fire="none", time_limit=limit)
+    before = sim.run()
+    clock = sim.world.time, sim.ticks, len(sim.events)
+    assert sim.step() == [] and (sim.world.time, sim.ticks, len(sim.events)) == clock
+    assert sim.outcome() == before
 
 
 # -- Invariants ---------------------------------------------------------------------

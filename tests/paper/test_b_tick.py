@@ -54,6 +54,10 @@ class Probe:
         self.decision = decision
         self.saw = []
 
+    def __deepcopy__(self, memo):
+        """Itself: a test reads in it what a simulation's copy was shown."""
+        return self
+
     def decide(self, world, *_):
         """Note it."""
         self.saw.append(self.look(world))

@@ -68,7 +68,7 @@ def gone(environment, *floors):
 
 def test_all_agents_are_there_after_a_reset():
     """Six robots and the fire of the paper, also if a floor has no work for them."""
-    environment = game("paper", people_per_floor=(5, 0, 0))
+    environment = game("paper", people=5, people_per_floor=(5, 0, 0))
     names = [f"robot_{k}" for k in range(6)] + ["fire_0"]
     assert environment.agents == environment.possible_agents == names
     seen, infos = environment.reset(1)
@@ -183,12 +183,10 @@ def test_a_strategys_decisions_played_as_actions_give_the_strategys_run(name):
     """A model and an algorithm are interchangeable; float32 is enough."""
     environment = game("paper", people=6, fire="random", seed=2, time_limit=40)
     building = environment.building
-    noted = Noted(name)
-    scripted = Simulation(
-        building, environment.simulation.scenario, noted, RandomFire(), seed=2
-    )
+    scene = environment.simulation.scenario
+    scripted = Simulation(building, scene, Noted(name), RandomFire(), seed=2)
     scripted.run()
-    for decided in noted.decisions:
+    for decided in scripted.robot_strategy.decisions:
         actions = idle(environment)
         for k, where in decided.items():
             if where is not None:

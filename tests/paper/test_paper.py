@@ -172,6 +172,14 @@ def test_says_which_number_makes_no_sense_and_what_would():
         Scenario(people_per_floor=(3, -1))
 
 
+def test_refuses_two_counts_of_people_that_differ():
+    """The default of `people` was not asked for."""
+    with pytest.raises(InputError, match="people is 7, people_per_floor comes to 5"):
+        Scenario(people=7, people_per_floor=(3, 2))
+    assert Scenario(people=5, people_per_floor=(3, 2)).start_counts(2) == (3, 2)
+    assert Scenario(people_per_floor=(3, 2)).start_counts(2) == (3, 2)
+
+
 def test_limits_of_a_scenario_follow_the_numbers(monkeypatch):
     """They, too, are read when a scenario is made."""
     monkeypatch.setattr(paper, "MOST_FRAMES_PER_TICK", 12)

@@ -273,7 +273,7 @@ def test_a_fire_that_learned_against_robots_can_burn_without_any(path):
 def test_refuses_a_scenario_that_its_network_cannot_read(path, changes, message):
     """By what differs, before anything runs."""
     other = replace(SMALL, **changes)
-    elsewhere = replace(SMALL, people_per_floor=(0, 6), time_limit=90.0)
+    elsewhere = replace(SMALL, people_per_floor=(0, SMALL.people), time_limit=90.0)
     for policy in (LearnedRobots(path), LearnedFire(path)):
         with pytest.raises(InputError, match=message):
             policy.refuse_elsewhere(OFFICE, other)

@@ -11,6 +11,7 @@ from concurrent.futures import BrokenExecutor, Future
 from dataclasses import replace
 from importlib.util import find_spec
 from inspect import getdoc
+from pathlib import Path
 from subprocess import PIPE
 
 import numpy as np
@@ -29,6 +30,7 @@ from reference.workshop.comparing.named import PLAYER_NAMES
 from reference.workshop.engine import to_the_end
 from reference.workshop.maps.generated import generated_text
 from reference.workshop.measuring import bench
+from reference.workshop.storage.files import replacing
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.strategies.fires import BusiestFire
 from reference.workshop.strategies.guides import Escort
@@ -456,6 +458,68 @@ def test_the_first_look_says_that_its_worker_has_died(capsys, filmed, monkeypatc
     assert capsys.readouterr().err == "terminated abruptly\n"
 
 
+# -- Outputs ------------------------------------------------------------------------
+
+OUTPUTS = [
+    (name, *names[-1:], told)
+    for name, command in COMMANDS.items()
+    for names, told in command.options
+    if getattr(told.get("type"), "__name__", "") == "writable"
+]
+"""Every option of every command that names a file to write."""
+
+
+@pytest.mark.parametrize(("name", "option", "told"), OUTPUTS)
+def test_every_file_to_write_may_lie_in_a_folder_that_is_not_there_yet(
+    name, option, told, tmp_path
+):
+    """One rule for all; only what no folder can be made for is refused, at once."""
+    suffix = re.search(r"\.\w+", told["help"][told["help"].rindex("(") :])[0]
+    wanted = tmp_path / "new" / f"deeper/file{suffix}"
+    assert told["type"](str(wanted)) == wanted
+    (tmp_path / "file").write_text("in the way")
+    for place in (tmp_path / "file/deeper", Path("/dev/null")):
+        with pytest.raises(OSError, match="Name a file in a folder that is yours"):
+            told["type"](str(place / f"file{suffix}"))
+
+
+def test_every_output_of_an_evacuation_makes_its_folder():
+    """A film, a picture and a recording; `draw` does, too."""
+    played = "evacuate --building tiny --people 2 --scenario time_limit=2"
+    outputs = "--animate a/b/film.html --density c/d/dense.png --record e/f/paths"
+    assert main([*played.split(), *outputs.split()]) == 0
+    assert main(["draw", "tiny", "-o", "g/h/tiny.png"]) == 0
+    made = "a/b/film.html c/d/dense.png e/f/paths/floor-1.sqlite g/h/tiny.png"
+    assert all(Path(path).is_file() for path in made.split())
+
+
+def test_a_folder_that_was_made_for_nothing_is_removed(tmp_path):
+    """What fails leaves all as it was; a folder that was there stays."""
+    (tmp_path / "old").mkdir()
+    for place in ("old/new/deep/film.gif", "new/deep/film.gif"):
+        with pytest.raises(ZeroDivisionError), replacing(tmp_path / place) as partial:
+            partial.write_text("half")
+            raise ZeroDivisionError
+    assert [path.name for path in tmp_path.rglob("*")] == ["old"]
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("evacuate", "the first against the first"),
+        ("evaluate", "each plays against all of --fire"),
+        ("evacuate", "learned plays 40 only"),
+        ("evacuate", "a new or empty folder"),
+        ("evacuate", "over a film that is there"),
+    ],
+)
+def test_the_help_says_what_surprises(command, said, capsys):
+    """Who pairs, who crosses; how many; what is written over and what is not."""
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    assert said in " ".join(capsys.readouterr().out.split())
+
+
 # -- Refusals -----------------------------------------------------------------------
 
 
@@ -470,7 +534,7 @@ def test_the_first_look_says_that_its_worker_has_died(capsys, filmed, monkeypatc
         ("floors --new --size 180x180 --floors 9", 1, "Take at most 100,000 cells"),
         ("floors --size 20x20 --seed 1", 2, "--seed, --size: add --new."),
         ("floors tiny --new", 2, "a new building has no name"),
-        ("draw tiny -o missing/tiny.png", 1, "Name a file in a folder that exists"),
+        ("draw tiny -o /dev/null/tiny.png", 1, "Name a file in a folder that is yours"),
         ("draw tiny -o tiny.bmp", 2, "does not end in one of .png, .svg, .pdf"),
         ("draw tiny --view inside", 2, "invalid choice: 'inside'"),
         ("evacuate --building=", 1, "Is a directory"),

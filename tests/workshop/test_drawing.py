@@ -20,7 +20,7 @@ from PIL import Image, ImageSequence
 
 from reference.building import Building, Kind
 from reference.fire import NoFire, RandomFire
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop import drawing
@@ -35,6 +35,7 @@ from reference.workshop.drawing.evacuation import (
 )
 from reference.workshop.drawing.page import COLOURS, MEANINGS, sheet
 from reference.workshop.drawing.relief import SOLID, add_boxes, project
+from reference.workshop.maps import find_map, plan_of
 from reference.workshop.strategies.guides import Sweep
 from reference.world import Fate, Mode
 
@@ -383,6 +384,80 @@ def test_two_evacuations_are_shown_side_by_side_until_both_are_over(tmp_path):
     left, right = ([f[:300, k : k + middle] for f in shown] for k in (0, middle))
     assert [np.any(a != b) for a, b in pairwise(left)] == [True, True, False, False]
     assert all(np.any(a != b) for a, b in pairwise(right))
+
+
+@pytest.mark.parametrize("headings", [{}, {"headings": ""}, {"headings": ["", ""]}])
+@pytest.mark.parametrize("suffix", ["gif", "html"])
+def test_each_of_several_evacuations_has_a_heading_by_default(
+    suffix, headings, tmp_path
+):
+    """The building's title, in every format; a generator of simulations will do."""
+    path = tmp_path / f"two.{suffix}"
+    drawing.animate((evacuation(0.4) for _ in range(2)), path, **headings)
+    assert path.stat().st_size > 1000
+    if suffix == "html":
+        assert path.read_text(encoding="utf-8").count("<h2>Tiny office</h2>") == 2
+
+
+def test_a_single_heading_may_be_a_word(tmp_path):
+    """It is not taken letter by letter."""
+    path = tmp_path / "one.html"
+    drawing.animate(evacuation(0.4), path, "Tonight")
+    assert path.read_text(encoding="utf-8").count("<h2>Tonight</h2>") == 1
+
+
+def ended():
+    """A simulation that has been run."""
+    run = evacuation(0.4)
+    run.run()
+    return run
+
+
+@pytest.mark.parametrize(
+    ("shown", "headings", "told"),
+    [
+        (lambda: [evacuation(0.4)] * 2, "Tonight", "2 evacuations have 1 headings"),
+        (lambda: [evacuation(0.4)], ["a", "b"], "1 evacuations have 2 headings"),
+        (list, "", "takes a simulation, or several, not nothing"),
+        (lambda: "tiny", "", "takes a simulation, or several, not 't'"),
+        (lambda: TINY, "", "takes a simulation, or several, not <ref"),
+        (lambda: Simulation, "", "takes a simulation, or several, not <class"),
+        (ended, "", "this evacuation has ended"),
+        (lambda: [evacuation(0.4), ended()], "", "this evacuation has ended"),
+        (
+            lambda: [evacuation(0.4), evacuation(building=shipped("museum"))],
+            "",
+            "need the same building",
+        ),
+    ],
+)
+def test_refuses_to_film_what_makes_no_film(shown, headings, told, tmp_path):
+    """In a line, before anything is played; no file is left."""
+    with pytest.raises(InputError, match=told):
+        drawing.animate(shown(), tmp_path / "film.gif", headings)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "shown", ["tiny", "tiny.txt", TINY, plan_of(TINY), find_map("tiny")]
+)
+def test_draw_takes_a_map_as_the_commands_do_and_a_notebook_shows_it(shown):
+    """A name, a path or a text; what comes back is a PNG by itself."""
+    picture = drawing.draw(shown)
+    assert "Tiny office" in " ".join(writing(picture))
+    assert picture._repr_png_().startswith(b"\x89PNG")
+
+
+def test_a_notebook_shows_a_simulation_that_is_drawn(simulation):
+    """Without matplotlib's inline mode, and without our extension."""
+    assert drawing.draw(simulation)._repr_png_().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("shown", [None, 3, Simulation, ["tiny"]])
+def test_refuses_to_draw_what_has_no_picture(shown):
+    """And names what has one."""
+    with pytest.raises(InputError, match="draw takes a map, a building or a simu"):
+        drawing.draw(shown)
 
 
 def test_a_page_of_two_names_both_and_gives_each_its_curves(simulation):

@@ -20,6 +20,8 @@ from reference.workshop.strategies.guides import Sweep
 from reference.world import Died, LeftFloor
 
 NO_PEDPY = "PedPy is not installed: pip install -e '.[pedpy]'"
+NO_JUPEDSIM = "JuPedSim is not installed: pip install -e '.[others]'"
+BOUNDS = ("xmin", "xmax", "ymin", "ymax")
 COLUMNS = ["frame", "id", "pos_x", "pos_y", "ori_x", "ori_y", "mode", "leader"]
 
 
@@ -64,6 +66,11 @@ def test_a_file_is_what_jupedsim_writes_in_version_2_and_more(recorded):
     assert [name for (name,) in table] == [*COLUMNS, "health"]
     facts = dict(asked(folder, 0, "SELECT * FROM metadata"))
     assert (facts["version"], float(facts["fps"])) == ("2", 1 / run.tick)
+    west, east, south, north = (float(facts[name]) for name in BOUNDS)
+    first = run.building.cell(west + 0.5, north - 0.5)
+    last = run.building.cell(east - 0.5, south + 0.5)
+    free = np.argwhere(run.building.walkable[0])
+    assert [first, last] == [tuple(free.min(axis=0)), tuple(free.max(axis=0))]
     ((key, text),) = asked(folder, 0, "SELECT hash, wkt FROM geometry")
     assert text.startswith("GEOMETRYCOLLECTION (POLYGON ((")
     frames = asked(folder, 0, "SELECT * FROM frame_data")
@@ -180,6 +187,115 @@ def test_pedpy_counts_everybody_who_left_on_a_line_just_before_the_way_out(recor
         line = pedpy.MeasurementLine(threshold(run.building, mark))
         n_t, _ = pedpy.compute_n_t(traj_data=trajectories, measurement_line=line)
         assert n_t.cumulative_pedestrians.max() == people
+
+
+# -- With JuPedSim ------------------------------------------------------------------
+
+
+@pytest.mark.extra
+@pytest.mark.parametrize("floor", [0, 1])
+def test_jupedsim_reads_all_that_its_reader_can_tell(floor, recorded):
+    """Each public method of `jupedsim.Recording`; a new one fails here until asked."""
+    jupedsim = pytest.importorskip("jupedsim", reason=NO_JUPEDSIM)
+    folder, run = recorded
+    reader = jupedsim.Recording(str(folder / f"floor-{floor + 1}.sqlite"))
+    with closing(reader.db):
+        asked_for = {"bounds", "fps", "frame", "geometry", "num_frames"}
+        asked_for |= {"geometry_id_for_frame", "db"}
+        assert {name for name in dir(reader) if not name.startswith("_")} == asked_for
+        assert (reader.num_frames, reader.fps) == (run.ticks + 2, 1 / run.tick)
+        area = reader.geometry()
+        assert area.area == run.building.walkable[floor].sum()
+        assert reader.geometry_id_for_frame(run.ticks) == 0
+        box = reader.bounds()
+        assert (box.xmin, box.ymin, box.xmax, box.ymax) == area.bounds
+
+        found = rows(folder, floor)
+        frame = next(frame for frame, _ in found)
+        shown = {
+            (frame, agent.id): (*agent.position, *agent.orientation)
+            for agent in reader.frame(frame).agents
+        }
+        assert shown == {key: row[:4] for key, row in found.items() if key[0] == frame}
+
+
+# -- Floors that walls divide, and empty ones ---------------------------------------
+
+TOWERS = """building: Two stair towers
+size: 25 x 6
+floor 1: ground
+#########################
+#AA#........#........#BB#
+#AA+........+........+BB#
+####........#........####
+#...........#...........#
+######EE#########EE######
+floor 2: upstairs
+#########################
+#AA#........#........#BB#
+#AA+........#........+BB#
+####........#........####
+#...........#...........#
+#########################
+"""
+
+
+@pytest.fixture(scope="module")
+def towers(tmp_path_factory):
+    """The folder of a recording in which the upper floor has two parts."""
+    folder = tmp_path_factory.mktemp("towers")
+    run = Simulation(load(TOWERS), Scenario(people=8, time_limit=40), seed=1)
+    record(run, folder)
+    return folder, run
+
+
+def test_a_floor_that_walls_divide_becomes_a_file_for_each_part(towers):
+    """Everybody stands in the file of their part, and nobody in two."""
+    folder, _ = towers
+    assert sorted(path.stem for path in folder.iterdir()) == [
+        "floor-1",
+        "floor-2-part-1",
+        "floor-2-part-2",
+    ]
+    started = {}
+    for path in folder.iterdir():
+        with closing(sqlite3.connect(path)) as file:
+            first = "SELECT id, pos_x FROM trajectory_data WHERE frame = 0"
+            bounds = dict(file.execute("SELECT * FROM metadata").fetchall())
+            for person, x in file.execute(first):
+                assert person not in started
+                assert float(bounds["xmin"]) <= x <= float(bounds["xmax"])
+                started[person] = path.stem
+    assert sorted(started) == list(range(8)) and len(set(started.values())) == 3
+
+
+@pytest.mark.extra
+def test_pedpy_and_jupedsim_take_each_part_of_a_floor(towers):
+    """Where one file for the whole floor is refused."""
+    pedpy = pytest.importorskip("pedpy", reason=NO_PEDPY)
+    folder, run = towers
+    area = 0
+    for path in folder.iterdir():
+        file = {"trajectory_file": path}
+        pedpy.load_trajectory_from_jupedsim_sqlite(**file)
+        area += pedpy.load_walkable_area_from_jupedsim_sqlite(**file).area
+    assert area == run.building.walkable.sum()
+
+
+def test_the_command_says_where_a_floor_has_parts_and_where_nobody_ever_was(
+    tmp_path, capsys
+):
+    """At its end, beside what is written."""
+    plan = tmp_path / "towers.txt"
+    plan.write_text(TOWERS)
+    told = ["evacuate", "--building", str(plan), "--robots", "none", "--fire", "none"]
+    told += ["--scenario", "people_per_floor=1,0", "time_limit=2"]
+    assert main([*told, "--record", str(tmp_path / "new")]) == 0
+    notes = capsys.readouterr().err
+    assert "a file for each part, floor-2-part-1.sqlite, floor-2-part-2.sqlite" in notes
+    for part in (1, 2):
+        assert f"floor-2-part-{part}.sqlite: nobody was ever there" in notes
+    assert "floor-1.sqlite:" not in notes
 
 
 # -- The folder ---------------------------------------------------------------------

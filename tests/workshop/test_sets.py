@@ -143,7 +143,7 @@ def test_a_network_made_for_one_building_is_a_player_in_another():
 def test_who_is_out_or_dead_changes_nothing():
     """Rows of nobody, in a scenario of more people, sources and so on."""
     sim = stage(HALL, sources=2)
-    more = replace(sim.scenario, people_per_floor=(9,), sources=7)
+    more = replace(sim.scenario, people=9, people_per_floor=(9,), sources=7)
     codec = codec_of(sim)
     actor, _ = networks(codec)
     wide = settings().codec("robots", sim.building, more)

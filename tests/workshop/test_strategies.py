@@ -1,5 +1,7 @@
 """Strategies written by hand: guides, and fires that have a plan."""
 
+from collections import deque
+
 import numpy as np
 import pytest
 from changing import BOARD
@@ -11,6 +13,12 @@ from reference.fire import NoFire, RandomFire, burnable, cells_around_clearance
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.walking import enter_stairs
+from reference.workshop.comparing.named import (
+    PLAYERS,
+    WORST,
+    set_up_match,
+    strategy_named,
+)
 from reference.workshop.strategies.fires import (
     BusiestFire,
     CloserFire,
@@ -45,6 +53,45 @@ def decided(robots, sim):
     """Column of the cell that the last robot of a scene is sent to."""
     x, _ = robots.decide(sim.world, sim.world.robots, sim.rng["robots"])[-1]
     return sim.building.cell(x, 0.5)[1]
+
+
+# -- Memory -------------------------------------------------------------------------
+
+EVERYBODY = [
+    *(("robots", name) for name in PLAYERS["robots"]),
+    *(("fire", name) for name in PLAYERS["fire"]),
+]
+
+
+def state(sim):
+    """Where a run stands: people, robots and fires."""
+    world = sim.world
+    robots = [(robot.position.tolist(), robot.destination) for robot in world.robots]
+    return world.bodies.position.tolist(), repr(robots), world.flames.sources
+
+
+@pytest.mark.parametrize(("side", "name"), EVERYBODY)
+def test_one_strategy_in_several_simulations_is_as_good_as_a_fresh_one(side, name):
+    """One after the other, in another building, and side by side."""
+    sides = {"robots": Sweep(), "fire": RandomFire()}
+    used = strategy_named(name, side)
+
+    def begun(strategy, building="tiny", seed=2):
+        """A run with it."""
+        scene = Scenario(people=3, time_limit=11.0 if name == WORST else 16.0)
+        run = set_up_match(
+            shipped(building), scene, **(sides | {side: strategy}), seed=seed
+        )
+        for _ in range(round(scene.time_limit / run.tick)):
+            yield run
+            run.step()
+
+    for building in ("museum", "tiny"):
+        deque(begun(used, building, seed=1), maxlen=0)
+    both = [begun(used), begun(used)]
+    *_, (one, other) = zip(*both, strict=True)
+    *_, fresh = begun(strategy_named(name, side))
+    assert state(one) == state(other) == state(fresh)
 
 
 # -- Guides -------------------------------------------------------------------------

@@ -184,7 +184,10 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(tmp_path, capsy
     before = path.read_bytes()
     rounds = load_checkpoint("done").round
     assert resumed("done") == 0
-    assert json.loads(capsys.readouterr().out)["rounds"] == rounds
+    out, told = capsys.readouterr()
+    assert json.loads(out)["rounds"] == rounds
+    assert "finished already, nothing is left to learn" in told
+    assert "take --initialize-from done into another folder" in told
     assert newest_checkpoint(Path("done")) == path
     assert path.read_bytes() == before
 

@@ -109,6 +109,75 @@ def test_infos_tell_how_the_episode_stands():
     assert info["reward"] == outcome.reward and info["acts"] == 0
 
 
+@pytest.mark.parametrize("flat", [False, True])
+def test_how_an_episode_ended_is_read_through_wrappers_that_begin_the_next(flat):
+    """They lay the infos of `reset` over the last step's, or take its keys for all."""
+    environment = made(robots=Sweep(), flat=flat)
+    for seed in (2, 3):
+        _, begun = environment.reset(seed=seed)
+        assert begun[FIRE].keys() == {"acts", *zoo.SO_FAR}
+        for _ in turns(environment.environment):
+            *_, infos = environment.step({FIRE: np.zeros(3)})
+        assert infos[FIRE].keys() == begun[FIRE].keys()
+        outcome = environment.environment.simulation.outcome()
+        _, again = environment.reset()
+        laid_over = infos[FIRE] | again[FIRE]
+        for name in zoo.SO_FAR:
+            assert laid_over[name] == getattr(outcome, name)
+
+
+def test_copies_of_an_environment_that_was_never_reset_play_unlike_episodes():
+    """As vector environments copy one; copies of one that was reset go on alike."""
+    environment = made()
+    copies = [pickle.loads(pickle.dumps(environment)) for _ in range(3)]
+    begun = [each.reset()[0] for each in copies]
+    assert not any(same(begun[0], other) for other in begun[1:])
+    environment.reset(seed=1)
+    copies = [pickle.loads(pickle.dumps(environment)) for _ in range(2)]
+    assert same(*(each.reset()[0] for each in copies))
+
+
+def test_the_chance_that_wrappers_ask_for_follows_from_the_seed():
+    """`np_random`, which frame_skip_v0 draws from; it goes on in later episodes."""
+    drawn = []
+    for environment in (made(), made()):
+        environment.reset(seed=4)
+        first = environment.np_random.random(3).tolist()
+        environment.reset()
+        drawn.append((first, environment.np_random.random(3).tolist()))
+    assert drawn[0] == drawn[1] and drawn[0][0] != drawn[0][1]
+
+
+def test_supersuits_vectors_tell_how_episodes_ended_and_skip_frames():
+    """With the library itself: an end is told, and chance is there to draw from."""
+    supersuit = pytest.importorskip("supersuit", reason="SuperSuit is not installed")
+    scene = replace(SCENE, time_limit=10.0)
+    flat = zoo.parallel_env(shipped("tiny"), scene, fire="random", flat=True)
+    skipping = supersuit.frame_skip_v0(flat, (1, 2))
+    skipping.reset(seed=0)
+    skipping.step({agent: np.zeros(2) for agent in skipping.agents})
+    vector = supersuit.pettingzoo_env_to_vec_env_v1(flat)
+    worlds = supersuit.concat_vec_envs_v1(vector, 2, num_cpus=1)
+    worlds.reset(seed=0)
+    for _ in range(2):
+        *_, ended, cut, infos = worlds.step(np.zeros((worlds.num_envs, 2)))
+    assert (ended | cut).all()
+    for info in infos:
+        assert info["simulated_seconds"] == 10
+        assert info["evacuated"] + info["died"] + info["inside"] == SCENE.people
+
+
+@pytest.mark.filterwarnings("ignore:PettingZoo in TorchRL is tested")
+def test_torchrls_wrapper_plays_a_whole_episode():
+    """With the library itself: its infos have the keys that it asks for."""
+    libraries = pytest.importorskip("torchrl.envs.libs.pettingzoo")
+    scene = replace(SCENE, time_limit=10.0)
+    flat = zoo.parallel_env(shipped("tiny"), scene, fire="random", flat=True)
+    wrapped = libraries.PettingZooWrapper(flat, use_mask=True, done_on_any=False)
+    told = wrapped.rollout(10)
+    assert len(told) == 2 and told["next", "robot", "info", "acts"].shape[:2] == (2, 4)
+
+
 def moved(environment, seed):
     """What two further steps with the same random actions return."""
     rng = np.random.default_rng(seed)
@@ -201,8 +270,19 @@ def test_refuses_a_step_before_the_first_reset_and_a_negative_seed():
     """And says what to do."""
     with pytest.raises(RuntimeError, match=r"call reset\(\)"):
         made().step({})
-    with pytest.raises(ValueError, match="non-negative"):
-        made().reset(seed=-1)
+    for seed in (-1, "7", 1.5, True, [1]):
+        with pytest.raises(ValueError, match=r"seed is .*: give a non-negative whole"):
+            made().reset(seed=seed)
+    made().reset(seed=np.int64(7))
+
+
+def test_refuses_actions_that_are_no_mapping():
+    """A list or an array, as vector environments take; it says what to give."""
+    environment = made()
+    environment.reset(seed=1)
+    for actions in ([np.zeros(2)] * 5, np.zeros((5, 2)), None):
+        with pytest.raises(ValueError, match="give a dict with an action for each"):
+            environment.step(actions)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ KINDS. In the paper's building, the same evacuations for every kind.
 
 from argparse import ArgumentParser
 from collections import Counter
-from copy import deepcopy
 
 import numpy as np
 
@@ -76,18 +75,16 @@ def evacuations(asked, follows):
     fire = strategy_named(asked.fire, "fire")
     own = strategy_named(asked.team, "robots")
     other = strategy_named(asked.other, "robots")
-    teams = []
-    for _ in range(asked.episodes):
-        teams.append(Advised(deepcopy(own), deepcopy(other), follows))
+    team = Advised(own, other, follows)  # each run has its own copy
     runs = [
-        Simulation(load("paper"), Scenario(), team, deepcopy(fire), seed)
-        for seed, team in enumerate(teams, start=asked.seed)
+        Simulation(load("paper"), Scenario(), team, fire, seed)
+        for seed in range(asked.seed, asked.seed + asked.episodes)
     ]
     with one_thread():
         to_the_end(runs)
     outcomes = [run.outcome() for run in runs]
     saved = np.array([100 * o.evacuated / o.people for o in outcomes])
-    return saved, sum((team.differ for team in teams), Counter())
+    return saved, sum((run.robot_strategy.differ for run in runs), Counter())
 
 
 if __name__ == "__main__":

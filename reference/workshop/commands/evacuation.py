@@ -23,7 +23,7 @@ from reference.workshop.comparing.matches import (
 )
 from reference.workshop.comparing.named import DESCRIPTIONS, describe
 from reference.workshop.measuring.crowding import Crowding
-from reference.workshop.measuring.recording import recording, ticks
+from reference.workshop.measuring.recording import recording, remarks, ticks
 from reference.workshop.storage.runs import ContradictionError
 from reference.workshop.storage.scenarios import list_keys
 from reference.workshop.storage.workers import workers
@@ -38,6 +38,7 @@ PLAYED = ("robots", "fire", "seed")  # what a run played; the rest came of it
 FILMED: list[Pair] = [("none", "random"), ("escort", "random")]
 LEARNED_BOTH: Pair = (LEARNED, LEARNED)
 FILM_FILE = Path("evacuation.html")
+PAIRED = "at most three, the first against the first; default: {}"
 EPISODES_HELP = "how many; episode i uses seed + i; default: 1"
 MOST_FILMED = 3  # pairs side by side
 CHOSEN_SEED = 56
@@ -97,12 +98,15 @@ def strategies(arguments: Namespace) -> None:
     options.BUILDING,
     options.PEOPLE_OPTION,
     options.SCENARIO,
-    options.player("robots", "default: sweep", default=["sweep"], nargs="+"),
-    options.player("fire", "default: random", default=["random"], nargs="+"),
+    options.player("robots", PAIRED.format("sweep"), default=["sweep"], nargs="+"),
+    options.player("fire", PAIRED.format("random"), default=["random"], nargs="+"),
     options.number("--episodes", 1, EPISODES_HELP, default=1),
     options.SAMPLE,
     options.ERRORS,
-    options.folder("--record", "trajectories of the first episode and pair, for PedPy"),
+    options.folder(
+        "--record",
+        "trajectories of the first episode and pair, for PedPy; a new or empty folder",
+    ),
     options.output(
         "--density",
         options.PICTURES,
@@ -111,7 +115,8 @@ def strategies(arguments: Namespace) -> None:
     options.output(
         "--animate",
         options.FILMS,
-        "film the first episode, pairs side by side; .mp4 needs ffmpeg",
+        "film the first episode, over a film that is there; pairs side by side; "
+        ".mp4 needs ffmpeg",
     ),
     options.SEED,
     options.JSON,
@@ -152,6 +157,8 @@ def evacuate(arguments: Namespace) -> None:
     for path in (arguments.animate, arguments.record, arguments.density):
         if path:
             print_note(f"written: {path}")
+    for line in remarks(arguments.record) if arguments.record else ():
+        print_note(f"in {arguments.record}: {line}")
 
 
 def _table_of(told: Sequence[Facts]) -> str:

@@ -21,6 +21,7 @@ from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.storage.scenarios import kept_fields, list_keys
 
+CROSSED = "each plays against all of --{}; default: {}"
 Met = TypeVar("Met", Cell, RunResult)
 
 NO_BASELINE = (
@@ -32,8 +33,8 @@ NO_BASELINE = (
 @options.command(
     "evaluate --robots none patrol sweep --fire none random greedy \\\n"
     "      --baseline sweep --episodes 10 --out out/evaluation",
-    options.player("robots", "default: sweep", nargs="+"),
-    options.player("fire", "default: random", nargs="+"),
+    options.player("robots", CROSSED.format("fire", "sweep"), nargs="+"),
+    options.player("fire", CROSSED.format("robots", "random"), nargs="+"),
     options.BUILDINGS,
     options.PEOPLE_OPTION,
     options.SCENARIO,

@@ -83,10 +83,11 @@ def output(names: str, ends: str, note: str, default: Path | None = None) -> Opt
         path = Path(text)
         if path.suffix.lower() not in ends.split(", "):
             raise ArgumentTypeError(f"'{text}' does not end in one of {ends}")
-        if not os.access(path.parent, os.W_OK):  # better now than after an hour
+        # its folder is made later, but better refused now than after an hour
+        there = next(above for above in path.absolute().parents if above.exists())
+        if path.is_dir() or not there.is_dir() or not os.access(there, os.W_OK):
             raise OSError(
-                f"{path}: cannot be written. Name a file in a folder that exists and "
-                "is yours."
+                f"{path}: cannot be written. Name a file in a folder that is yours."
             )
         return path
 
@@ -199,7 +200,9 @@ BUILDING = option("--building", BUILDING_HELP, metavar="MAP")
 SEVERAL_HELP = f"{BUILDING_HELP}; several are compared with the first"
 BUILDINGS = option("--building", SEVERAL_HELP, nargs="+", metavar="MAP")
 SCENARIO = scenario("the checkpoints', else the paper's")
-PEOPLE_HELP = f"default: the checkpoints', else {paper.PEOPLE}"
+PEOPLE_HELP = (
+    f"default: the checkpoints', else {paper.PEOPLE}; learned plays {paper.PEOPLE} only"
+)
 PEOPLE_OPTION = number("--people", 1, PEOPLE_HELP, most=paper.MOST)
 SAMPLE = flag(
     "--sample", "draw a learned policy's actions, not the likeliest", default=None

@@ -33,6 +33,7 @@ ROBOT_NAMES, FIRE_NAMES = (
 SETTING_ROWS = rows_of(SideSettings)
 JOBS_NEED = ("reference.workshop.training.loop", "reference.workshop.engine.going")
 """What is slow to load in a worker: torch and numba."""
+LEARN_ON = "to learn on, take --initialize-from {out} into another folder"
 TINY = "preset tiny ends before anything is learned; to learn, take --preset laptop"
 
 
@@ -106,6 +107,8 @@ def train(arguments: Namespace) -> None:
 
         training, executor = work
         print_note(training.about())
+        if training.finished:
+            print_note(LEARN_ON.format(out=out))
         path = loop.run_training(training, out, executor)
     report = {
         "building": training.task.building,

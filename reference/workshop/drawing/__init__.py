@@ -2,34 +2,44 @@
 
 Each of the paper's figures has a counterpart here [A8]; none needs a display.  Read
 `page` first, then `plans` and `relief` (buildings), `choices` (what robots choose
-between), `evacuation`, `web_film` and `film`.  In a notebook, `%load_ext
-reference.workshop.drawing` shows buildings and simulations.
+between), `evacuation`, `web_film` and `film`.  A notebook shows what `draw` returns;
+with `%load_ext reference.workshop.drawing` it shows buildings and simulations, too.
 """
 
-from io import BytesIO
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
 from reference.building import Building
+from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.drawing.choices import anchors
 from reference.workshop.drawing.crowding import crowding_map
 from reference.workshop.drawing.evacuation import Tally, frame, history_of, tally
 from reference.workshop.drawing.film import animate
-from reference.workshop.drawing.page import pause, save, show
+from reference.workshop.drawing.page import Picture, pause, save, show
 from reference.workshop.drawing.plans import graph, top
 from reference.workshop.drawing.relief import closeup, oblique, walkable
 from reference.workshop.drawing.senses import fire_senses, robot_senses
+from reference.workshop.maps import load
 
 
-def draw(shown: Building | Simulation, path: str | Path | None = None) -> Figure:
-    """Draw a building from above, or a simulation as it is now; save it at the path."""
+def draw(
+    shown: Building | Simulation | str | PathLike[str], path: str | Path | None = None
+) -> Picture:
+    """Draw a building from above, or a simulation as it is now; save it at the path.
+
+    shown: also a map's path, name or text.  A notebook shows what comes back.
+    Raises InputError for anything else, and what `load` and `save` raise.
+    """
+    if isinstance(shown, str | PathLike):
+        shown = load(shown)
     if isinstance(shown, Building):
         figure = top(shown)
-    else:
+    elif isinstance(shown, Simulation):
         figure = frame(shown.world, history_of(shown))
+    else:
+        raise InputError(f"draw takes a map, a building or a simulation: {shown!r:.60}")
     if path:
         save(figure, path)
     return figure
@@ -43,6 +53,4 @@ def load_ipython_extension(shell: Any) -> None:
 
 
 def _png(thing: Building | Simulation) -> bytes:
-    content = BytesIO()
-    draw(thing).savefig(content, format="png")
-    return content.getvalue()
+    return draw(thing)._repr_png_()

@@ -14,7 +14,6 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
-from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from reference import paper
@@ -78,7 +77,7 @@ def history_of(simulation: Simulation) -> list[Tally]:
     return [*tallies, now]
 
 
-def frame(world: World, history: Sequence[Tally] | None = None) -> Figure:
+def frame(world: World, history: Sequence[Tally] | None = None) -> page.Picture:
     """Draw people, robots and fire on all floors at one instant.
 
     history: the tallies up to now, oldest first, for the curve of who is out and for
@@ -111,7 +110,7 @@ class Scene:
         high = min(5.2, 0.85 * width / count * down / across)
         letters = int(6.8 * width / count)  # of a title; others are half as wide
 
-        self.figure = Figure((width, high + 3.5), layout="constrained")
+        self.figure = page.Picture((width, high + 3.5), layout="constrained")
         look: Style = {"height_ratios": (high, 1), "squeeze": False}
         pairs = self.figure.subplots(2, count, **look).T
         for (axes, curve), heading in zip(pairs, headings, strict=True):

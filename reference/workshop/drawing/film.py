@@ -35,22 +35,32 @@ Frame = tuple[np.ndarray, float]  # pixels (rows, cols, 4), and seconds they are
 
 
 def animate(
-    simulations: Simulation | Sequence[Simulation],
+    simulations: Simulation | Iterable[Simulation],
     path: str | Path,
-    headings: Sequence[str] = ("",),
+    headings: str | Sequence[str] = "",
     going: Iterable[None] | None = None,
 ) -> None:
     """Run one simulation, or several in one building, to the end and film them.
 
-    path: .gif, .html or .mp4.  headings: of each, "" is the building's title; further
-    lines of one say who plays
+    path: .gif, .html or .mp4.  headings: of each, "" is the building's title, which is
+    the default of all; further lines of one say who plays
     going: runs them instead, and pauses after each tick; see `recording.ticks`.
 
-    All of the file is written, or nothing. Raises ValueError for another suffix and
-    for .mp4 without ffmpeg, OSError for an unwritable path.
+    A film begins where its simulations stand. All of the file is written, or nothing.
+    Raises InputError for what cannot be filmed, such as runs that have ended, for
+    headings of another number, for another suffix and for .mp4 without ffmpeg; OSError
+    for an unwritable path.
     """
-    if isinstance(simulations, Simulation):
-        simulations = [simulations]
+    runs = [simulations] if isinstance(simulations, Simulation) else simulations
+    simulations = _filmable(runs)
+    heads = [headings] if isinstance(headings, str) else list(headings)
+    if heads == [""]:
+        heads *= len(simulations)
+    if len(heads) != len(simulations):
+        raise InputError(
+            f"{len(simulations)} evacuations have {len(heads)} headings: give a list "
+            "with one for each, or none"
+        )
     target = Path(path)
     suffix = target.suffix.lower()
     if suffix not in (".gif", ".html", ".mp4"):
@@ -61,16 +71,33 @@ def animate(
     instants = _instants(simulations, going or ticks(simulations))
     with replacing(target) as partial:
         if suffix == ".html":
-            web_film.write_web_film(partial, simulations, headings, instants)
+            web_film.write_web_film(partial, simulations, heads, instants)
             return
         first = simulations[0]
-        scene = Scene(first.building, len(first.world.bodies), headings)
+        scene = Scene(first.building, len(first.world.bodies), heads)
         pace = seconds_per_frame(first) / SPEED_UP
         frames = _frames(scene, simulations, instants, pace)
         if suffix == ".gif":
             _gif(partial, frames)
         else:
             _mp4(partial, scene, frames, pace)
+
+
+def _filmable(runs: Iterable[Simulation]) -> list[Simulation]:
+    """List what is to be filmed. Raises InputError for what cannot be."""
+    listed = list(runs) if isinstance(runs, Iterable) else [runs]
+    strange = [run for run in listed if not isinstance(run, Simulation)]
+    if strange or not listed:
+        what = f"{strange[0]!r:.60}" if strange else "nothing"
+        raise InputError(f"animate takes a simulation, or several, not {what}")
+    if any(run.building.drawing != listed[0].building.drawing for run in listed):
+        raise InputError("evacuations side by side need the same building: film each")
+    if any(run.done and run.ticks for run in listed):
+        raise InputError(
+            "this evacuation has ended, and a film plays it to its end: give a new "
+            "simulation that has not run"
+        )
+    return listed
 
 
 def _instants(runs: Sequence[Simulation], going: Iterable[None]) -> Iterator[bool]:

@@ -51,6 +51,15 @@ Style = dict[str, Any]
 style.use(Path(__file__).with_name("pictures.mplstyle"))
 
 
+class Picture(Figure):
+    """A figure that a notebook shows, whether or not matplotlib is inline there."""
+
+    def _repr_png_(self) -> bytes:
+        content = BytesIO()
+        self.savefig(content, format="png")
+        return content.getvalue()
+
+
 def show(path: Path) -> None:
     """Show a PNG file in a window, always the same; without a display do nothing."""
     from matplotlib import pyplot  # slow, and only for a window
@@ -81,9 +90,9 @@ def save(figure: Figure, path: str | Path) -> Path:
     return target
 
 
-def sheet(title: str, width: float, height: float, layout: Any = None) -> Figure:
+def sheet(title: str, width: float, height: float, layout: Any = None) -> Picture:
     """Make a titled figure, in inches, that needs no display."""
-    figure = Figure(figsize=(width, height), layout=layout or "constrained")
+    figure = Picture(figsize=(width, height), layout=layout or "constrained")
     figure.suptitle(shortened(title, int(8 * width)))
     return figure
 
@@ -122,7 +131,7 @@ def samples(looks: Mapping[str, Style]) -> list[Artist]:
 
 def floor_page(
     building: Building, title: str, floors: Sequence[int], alpha: float = 1.0
-) -> tuple[Figure, dict[int, Axes]]:
+) -> tuple[Picture, dict[int, Axes]]:
     """Make a titled figure with a panel in metres for each of the floors."""
     rows, columns = arranged(building, len(floors))
     down, across = np.multiply((rows, columns), building.kind.shape[1:])

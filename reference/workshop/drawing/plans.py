@@ -13,7 +13,7 @@ from matplotlib.patheffects import withStroke
 from reference.building import Area, Building, Kind, Landmark
 from reference.navigation import navigation_of
 from reference.workshop.drawing import page
-from reference.workshop.drawing.page import COLOURS, Style
+from reference.workshop.drawing.page import COLOURS, Picture, Style
 
 _HALO: Style = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
 _BOX: Style = {"boxstyle": "round,pad=0.3", "fc": "white", "ec": page.TEXT, "lw": 0.8}
@@ -38,7 +38,7 @@ NODES: dict[str, Style] = {
 }
 
 
-def top(building: Building, floor: int | None = None) -> Figure:
+def top(building: Building, floor: int | None = None) -> Picture:
     """Draw all floors from above, or one (0 is the first) [A8, Figs. 4-6]."""
     floors = [*range(building.floors)] if floor is None else [floor]
     figure, panels = page.floor_page(building, building.title, floors)

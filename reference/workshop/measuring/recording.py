@@ -1,11 +1,12 @@
 """Record trajectories of an evacuation for other programs, one file per floor.
 
-The format is JuPedSim's SQLite, version 2, which PedPy
-loads. People on stairs are on no floor; robots, which hinder nobody, are left out. A
-row of `trajectory_data`:
+The format is JuPedSim's SQLite, version 2, which PedPy loads. Both want one connected
+walkable area: a floor that walls divide becomes a file per part, northernmost first,
+`floor-2-part-1.sqlite`. People on stairs are on no floor; robots, which hinder nobody,
+are left out. A row of `trajectory_data`:
 
     frame          ticks since the beginning
-    id             index of a human, the same on all floors
+    id             index of a human, the same in all files
     pos_x, pos_y   metres, as everywhere [A8]
     ori_x, ori_y   unit vector last walked along; 0, 0 before the first step
     mode           0 follows, 1 leads [B4]
@@ -22,6 +23,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 import numpy as np
+from scipy import ndimage
 
 from reference.building import Building, lengths
 from reference.simulation import Simulation
@@ -40,6 +42,7 @@ CREATE TABLE trajectory_data (
 CREATE INDEX frame_id_idx ON trajectory_data (frame, id);
 """
 HAIR_METRES = 1e-6  # metres from a cell's edge
+NOBODY_THERE = "nobody was ever there; PedPy refuses to load it"
 
 
 def ticks(
@@ -81,8 +84,25 @@ def recording(simulation: Simulation, folder: Path) -> Iterator[Callable[[], Non
         yield recorder.note
         rows = np.concatenate(recorder.rows)
         for floor in range(simulation.building.floors):
-            content = _file(simulation, floor, rows[rows[:, 0] == floor, 1:])
-            (partial / f"floor-{floor + 1}.sqlite").write_bytes(content)
+            of_floor = rows[rows[:, 0] == floor, 1:]
+            for name, part in parts_of(simulation.building, floor).items():
+                content = _file(simulation, part, of_floor)
+                (partial / f"{name}.sqlite").write_bytes(content)
+
+
+def remarks(folder: Path) -> list[str]:
+    """Say what to know of a recording's files: parts of a floor, and empty ones."""
+    told = []
+    files = sorted(folder.glob("*.sqlite"))
+    divided = [file.name for file in files if "-part-" in file.name]
+    if divided:
+        told.append(f"walls divide a floor: a file for each part, {', '.join(divided)}")
+    for file in files:
+        with closing(sqlite3.connect(file)) as content:
+            someone = content.execute("SELECT 1 FROM trajectory_data LIMIT 1")
+            if someone.fetchone() is None:
+                told.append(f"{file.name}: {NOBODY_THERE}")
+    return told
 
 
 class _Recorder:
@@ -132,28 +152,62 @@ class _Recorder:
         self.rows.append(np.column_stack(columns))
 
 
-def _file(simulation: Simulation, floor: int, rows: np.ndarray) -> bytes:
-    """Make the content of one floor's file; rows: (k, 9) as in `trajectory_data`."""
+def _file(simulation: Simulation, part: np.ndarray, rows: np.ndarray) -> bytes:
+    """Make the content of one part's file.
+
+    part: (rows, cols) bool, its cells
+    rows: (k, 9) as in `trajectory_data`, of the whole floor
+    """
+    building = simulation.building
+    ground = np.zeros(len(rows), dtype=int)
+    places = simulation.navigation.places_at(ground, rows[:, 2:4])
+    inside = rows[part.ravel()[places]]
     metadata = [("version", "2"), ("fps", str(1 / simulation.tick))]
-    area = (0, walkable_area(simulation.building, floor))
+    metadata += [(name, str(metres)) for name, metres in _bounds(building, part)]
+    area = (0, well_known_text(building, part))
     frames = ((frame, 0) for frame in range(simulation.ticks + 2))
-    places = ", ".join("?" * rows.shape[1])
+    marks = ", ".join("?" * rows.shape[1])
     with closing(sqlite3.connect(":memory:")) as file:
         file.executescript(SQL_TABLES)
         file.executemany("INSERT INTO metadata VALUES (?, ?)", metadata)
         file.execute("INSERT INTO geometry VALUES (?, ?)", area)
         file.executemany("INSERT INTO frame_data VALUES (?, ?)", frames)
-        file.executemany(f"INSERT INTO trajectory_data VALUES ({places})", rows)
+        file.executemany(f"INSERT INTO trajectory_data VALUES ({marks})", inside)
         file.commit()
         return file.serialize()
 
 
-def walkable_area(building: Building, floor: int) -> str:
-    """Cover where bodies may stand, doors open: well-known text of rectangles [A7].
+def parts_of(building: Building, floor: int) -> dict[str, np.ndarray]:
+    """Find what of a floor hangs together, doors open [A7].
 
-    One for each run of cells in a row; readers unite them.
+    Returns (rows, cols) bool of each part, by the name of its file.
     """
-    free = np.pad(building.walkable[floor], ((0, 0), (1, 1))).astype(int)
+    labels, count = ndimage.label(building.walkable[floor])  # cells that share a side
+    name = f"floor-{floor + 1}"
+    if count == 1:
+        return {name: building.walkable[floor]}
+    return {f"{name}-part-{k}": labels == k for k in range(1, count + 1)}
+
+
+def _bounds(building: Building, part: np.ndarray) -> list[tuple[str, int]]:
+    """Find the metres within which a part lies, by JuPedSim's names for them."""
+    row, col = np.nonzero(part)
+    up, left = building.origin
+    return [
+        ("xmin", int(col.min() - left)),
+        ("xmax", int(col.max() + 1 - left)),
+        ("ymin", int(up - row.max() - 1)),
+        ("ymax", int(up - row.min())),
+    ]
+
+
+def well_known_text(building: Building, part: np.ndarray) -> str:
+    """Cover where bodies may stand: well-known text of rectangles [A7].
+
+    part: (rows, cols) bool.  One rectangle for each run of cells in a row; readers
+    unite them.
+    """
+    free = np.pad(part, ((0, 0), (1, 1))).astype(int)
     ends = np.argwhere(np.diff(free)).reshape(-1, 2, 2) - building.origin
     boxes = []
     for (row, west), (_, east) in ends.tolist():

@@ -54,20 +54,26 @@ def _reworded_errors(path: Path, advice: str) -> Iterator[None]:
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a path for a file or folder that replaces this one after the block.
 
-    A folder replaces none but an empty one. If the block ends early, even by Ctrl-C,
-    what was made is removed. Raises OSError with a message for people.
+    Folders on the way to it are made. A folder replaces none but an empty one. If the
+    block ends early, even by Ctrl-C, what was made is removed. Raises OSError with a
+    message for people.
     """
     whole = Path(os.path.realpath(path))  # which also takes a link to itself
     partial = whole.with_name(f".{whole.stem[:40]}-{os.getpid()}-part{whole.suffix}")
     advice = "What was there is as it was. Make room, or name another place."
+    new = [folder for folder in whole.parents if not folder.exists()]
     try:
         with _reworded_errors(path, advice):
+            whole.parent.mkdir(parents=True, exist_ok=True)
             yield partial
             os.replace(partial, whole)
     finally:
         rmtree(partial, ignore_errors=True)
         with suppress(OSError):
             partial.unlink()
+        with suppress(OSError):  # one that holds what was written stays
+            for folder in new:
+                folder.rmdir()
 
 
 def write_whole(path: Path, content: bytes | memoryview) -> None:

@@ -80,6 +80,8 @@ def with_stated(base: Scenario, stated: Mapping[str, Any], where: str) -> Scenar
     rows = {**vars(base), **stated}
     if "people" in stated and "people_per_floor" not in stated:
         rows["people_per_floor"] = None
+    if "people_per_floor" in stated and "people" not in stated:
+        rows["people"] = Scenario().people  # as if nobody had counted
     made = record_from(Scenario, rows, where)
     counts = made.people_per_floor
     if "people" in stated and counts and sum(counts) != made.people:

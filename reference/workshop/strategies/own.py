@@ -4,6 +4,10 @@ class Guide:  # in mine.py: `evaluate --robots sweep mine:Guide`
     def decide(self, world, robots, rng):
         return [robot.position for robot in robots]
 
+class Fire:  # floors count from 0 here: what a map calls floor 1 is 0
+    def decide(self, world, rng):
+        return 0, 1.5, -2.5
+
 Name a class that is made without arguments, or an object.  Every run plays with a new
 one, of a module imported anew, with those that it imports from its folder:
 
@@ -48,7 +52,7 @@ CODE = "MODULE:NAME"
 ASKED = {"robots": ("world", "robots", "rng"), "fire": ("world", "rng")}
 ANSWERS = {
     "robots": "a list with (x, y) in metres, or None, for each of the robots",
-    "fire": "(floor, x, y), the floor from 0 and the rest in metres, or None",
+    "fire": "(floor, x, y), 0 for the lowest floor, in metres, or None",
 }
 
 

@@ -168,9 +168,7 @@ def another_future(
     as it burns.
     """
     world = copy_of(world)
-    future = Simulation(
-        world.building, scenario, deepcopy(robots), deepcopy(fire), seed, world
-    )
+    future = Simulation(world.building, scenario, robots, fire, seed, world)
     flames = world.flames
     begun = flames.arrival <= world.time
     if not begun.any():

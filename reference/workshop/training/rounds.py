@@ -317,7 +317,10 @@ class Training:
         changed = differing(scenario, Scenario())
         if changed:
             where += f", {in_words(scenario, changed)}"
-        return f"{where}: {sides}, seed {self.task.seed}; {self.left:,} decisions to go"
+        left = f"{self.left:,} decisions to go"
+        if self.finished:
+            left = "finished already, nothing is left to learn"
+        return f"{where}: {sides}, seed {self.task.seed}; {left}"
 
     def _who(self) -> dict[str, str]:
         """Name each side's trainer and head, or its fixed player."""
