@@ -98,7 +98,8 @@ def until_next_decision(simulations: Sequence[Simulation]) -> None:
     """Run each simulation to its next decision or its end, one after the other."""
     for simulation in simulations:
         for _ in range(simulation.decision_ticks):
-            simulation.step()
+            if not simulation.done:
+                simulation.step()
 
 
 class Environment:

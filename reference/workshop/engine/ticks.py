@@ -49,7 +49,7 @@ PLAYED, OVER, STRATEGIES, ROW, MEMORY, PAIRS, EVENTS = range(7)
 
 
 @mirrors(
-    "simulation.Simulation.step 3a6ada",
+    "simulation.Simulation.step 5b2e4c",
     "simulation.Simulation.robots_move 33a19e",
     entry=True,
 )
