@@ -84,7 +84,7 @@ def test_refuses_a_preset_that_is_not_there():
     """And says which was meant."""
     message = refusal(lambda: preset("labtop"))
     assert "'labtop' is unknown. Did you mean 'laptop'?" in message
-    assert "tiny, laptop, paper" in message
+    assert "tiny, laptop, any, paper" in message
 
 
 # -- What rows may be ---------------------------------------------------------------

@@ -51,16 +51,6 @@ def test_refuses_names_and_classes_where_objects_are_needed(given, told):
         Simulation(**{"building": shipped("tiny")} | given)
 
 
-@pytest.mark.parametrize("limit", [2.0, 200.0])
-def test_after_the_end_nothing_happens(limit):
-    """Whether time is up or everybody is out: a step more changes nothing."""
-    sim = run(people=1, fire="none", time_limit=limit)
-    before = sim.run()
-    clock = sim.world.time, sim.ticks, len(sim.events)
-    assert sim.step() == [] and (sim.world.time, sim.ticks, len(sim.events)) == clock
-    assert sim.outcome() == before
-
-
 # -- Invariants ---------------------------------------------------------------------
 
 

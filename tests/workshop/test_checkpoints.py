@@ -235,14 +235,13 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path):
     """Robots that are told the mean actions go the same ways."""
     policy = LearnedRobots(path)
     alone = Simulation(OFFICE, SMALL, policy, RandomFire(), seed=7)
-    agents = AgentRobots()
-    guided = Simulation(OFFICE, SMALL, agents, RandomFire(), seed=7)
+    guided = Simulation(OFFICE, SMALL, AgentRobots(), RandomFire(), seed=7)
     while not guided.done:
         world = guided.world
         (vectors,) = policy.player.codec.observe([world])
         moment = Moment(vectors, np.ones(len(vectors), bool), world)
         (rows,), _ = policy.player.act([moment])
-        agents.chosen = list(map(decided, rows))
+        guided.robot_strategy.chosen = list(map(decided, rows))
         until_next_decision([guided])
     assert alone.run() == guided.outcome()
 

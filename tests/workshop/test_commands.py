@@ -650,7 +650,8 @@ def test_a_stop_after_all_is_done_does_not_change_the_status(number):
     """While Python unloads what was loaded, which takes half a second with torch."""
     process = python("-c", LATE.format(number=number), stdout=PIPE, stderr=PIPE)
     out, err = process.communicate(timeout=120)
-    assert (process.returncode, out[:3], err) == (0, "ok:", "")
+    told = "next: python -m reference draw tiny\n"
+    assert (process.returncode, out[:3], err) == (0, "ok:", told)
 
 
 @pytest.mark.parametrize(

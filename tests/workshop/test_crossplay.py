@@ -342,7 +342,9 @@ def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
         list(evaluation.simulations(evaluation.runs))
 
     shutil.copy(first, network)
-    drawing.write_text(drawing.read_text().replace("Tiny", "Small"))
+    drawing.write_text(drawing.read_text().replace("Tiny", "Small"))  # the same cells
+    assert resume_evaluation(tmp_path / "out").digests == evaluation.digests
+    drawing.write_text(drawing.read_text().replace("#........#", "##.......#", 1))
     with pytest.raises(InputError, match=rf"{drawing} has changed since"):
         resume_evaluation(tmp_path / "out")
     drawing.unlink()  # nothing else can be meant: the kept one is played

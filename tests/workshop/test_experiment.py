@@ -451,7 +451,6 @@ def test_the_files_that_ship_can_be_read(file):
             "must be a number fr",
         ),
         ({"test": {"episodes": 10**12}}, "seed 5000 on: ask for 1 to 1,000,000"),
-        ({"test": {"fires": ["learned"]}}, "has learned in Institute"),
         ({"compare": [["learning"]]}, "compare: name two"),
         ({"settings": {"scenario": {"people": 5000}}}, "fewer: the scenario's"),
     ],

@@ -112,12 +112,12 @@ def test_curves_draws_what_a_training_wrote(tmp_path_factory, capsys):
     assert status("curves", folder, "-o", "c.txt") == 2
 
 
-def test_trainer_and_head_are_those_of_the_robots(once, capsys):
-    """The fire keeps its own; what was learned plays, and goes on learning."""
+def test_the_trainer_is_the_robots_and_the_head_of_both(once, capsys):
+    """The fire keeps its trainer; what was learned plays, and goes on learning."""
     assert train("--out", "new", "--trainer", "ppo", "--head", "floor") == 0
     assert "robots ppo (floor head)" in capsys.readouterr().err
     settings = load_checkpoint("new").task.settings
-    assert (settings.robots.head, settings.fire.head) == ("floor", "mixture")
+    assert (settings.robots.head, settings.fire.head) == ("floor", "floor")
     assert status("evaluate", "--robots", "new", "--fire", "none", "--episodes", 2) == 0
     assert resumed("new") == 0
 
@@ -161,7 +161,7 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     assert train("--out", "x", "--robots", "sweep", "--initialize-from", "new") == 1
     assert "nobody learned there who learns here" in capsys.readouterr().err
     assert train("--out", "x", "--initialize-from", "learned") == 1
-    assert "has learned in Institute" in capsys.readouterr().err
+    assert "has head set. Write it into the settings" in capsys.readouterr().err
     assert not os.path.exists("x")
 
 

@@ -37,7 +37,7 @@ PLAYERS: dict[Side, Mapping[str, Callable[[], Any]]] = {
 }
 DESCRIPTIONS: dict[Side, dict[str, str]] = {
     side: {word: first_line(player) for word, player in players.items()}
-    | {LEARNED: f"{do} what ships as learned: {LEARNED_WHERE}."}
+    | {LEARNED: f"{do} what ships: {LEARNED_WHERE}."}
     | {FILE: f"{do} what a network has learned: a checkpoint, or a training's folder."}
     | {CODE: f"{do} what your code decides, imported from the current folder."}
     for (side, players), do in zip(PLAYERS.items(), ("Do", "Does"), strict=True)

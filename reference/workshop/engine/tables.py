@@ -116,7 +116,11 @@ class Tables:
         self._wells(nav)
         self._still = _still(sight, self.arrays, self.half, self.side)
         rays = len(sight.hits)
-        self._most = {"hits": len(marks), "opens": rays, "lists": self.side**2 + 1}
+        self._most = {
+            "hits": len(marks),
+            "opens": rays,
+            "lists": self.side * self.side + 1,
+        }
         nothing = np.zeros(0)
         self._found = Room(
             square=nothing,

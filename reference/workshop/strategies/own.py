@@ -40,7 +40,8 @@ import numpy as np
 import reference
 from reference import paper
 from reference.learning.settings import Side
-from reference.paper import InputError
+from reference.building import Building
+from reference.paper import InputError, Scenario
 from reference.workshop.storage.runs import digests_of_code
 from reference.workshop.storage.workers import is_being_stopped
 from reference.workshop.strategies.trained import Trained
@@ -192,6 +193,11 @@ class CheckedPolicy(CheckedStrategy):
     def __getattr__(self, name: str) -> Any:
         """Tell what the policy tells."""
         return getattr(vars(self)["strategy"], name)
+
+    def playing_in(self, building: Building, scenario: Scenario) -> "CheckedPolicy":
+        """Play there, still checked. Raises InputError where the policy cannot."""
+        self.strategy = self.strategy.playing_in(building, scenario)
+        return self
 
 
 def metres(x: Any, y: Any) -> tuple[float, float]:
