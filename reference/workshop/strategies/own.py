@@ -39,8 +39,8 @@ import numpy as np
 
 import reference
 from reference import paper
-from reference.learning.settings import Side
 from reference.building import Building
+from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.workshop.storage.runs import digests_of_code
 from reference.workshop.storage.workers import is_being_stopped
