@@ -508,7 +508,6 @@ def test_a_folder_that_was_made_for_nothing_is_removed(tmp_path):
     [
         ("evacuate", "the first against the first"),
         ("evaluate", "each plays against all of --fire"),
-        ("evacuate", "learned plays 40 only"),
         ("evacuate", "a new or empty folder"),
         ("evacuate", "over a film that is there"),
     ],

@@ -73,8 +73,9 @@ def evaluate(arguments: Namespace) -> None:
         if baseline and baseline not in robots:
             told = f"--baseline {baseline}: add it to --robots."
             raise ContradictionError(told + did_you_mean(baseline, robots))
-        for evaluation in evaluations.values():
-            print_note(evaluation.about())
+        for name, evaluation in evaluations.items():
+            head = f"{name}: " if len(evaluations) > 1 else ""
+            print_note(head + evaluation.about())
             for line in matches.notes(evaluation):
                 print_note(line)
         played = buildings.play_in_buildings(evaluations, out, executor)

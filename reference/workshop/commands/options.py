@@ -200,9 +200,7 @@ BUILDING = option("--building", BUILDING_HELP, metavar="MAP")
 SEVERAL_HELP = f"{BUILDING_HELP}; several are compared with the first"
 BUILDINGS = option("--building", SEVERAL_HELP, nargs="+", metavar="MAP")
 SCENARIO = scenario("the checkpoints', else the paper's")
-PEOPLE_HELP = (
-    f"default: the checkpoints', else {paper.PEOPLE}; learned plays {paper.PEOPLE} only"
-)
+PEOPLE_HELP = f"default: the checkpoints', else {paper.PEOPLE}"
 PEOPLE_OPTION = number("--people", 1, PEOPLE_HELP, most=paper.MOST)
 SAMPLE = flag(
     "--sample", "draw a learned policy's actions, not the likeliest", default=None

@@ -25,7 +25,8 @@ EXAMPLE_SEED = 0
 _PALE = 0.45  # of the floors
 
 KEEPING, STAYING = "keep: where the robot is headed", "stay: where it stands"
-WAY_OUT, FOOT_OF_STAIRS = "way out", "foot of stairs, where people come out"
+WAY_OUT = "means this way out [C6]"
+FOOT_OF_STAIRS = "foot of stairs, where people come out"
 GUARDED, LOST = "where to guard a way from fire", "a person whom nobody leads"
 A_ROBOT, PERSON = "robot", "another person, no anchor"
 
@@ -46,7 +47,7 @@ ANCHOR_LOOKS: dict[str, Style] = {
 def anchors(building: Building) -> Figure:
     """Draw what a robot on each floor chooses between, at a moment of an evacuation."""
     simulation = moment_of(building)
-    title = f"{building.title}: what robots choose between"
+    title = f"{building.title}: points that robots choose between [C5] [C6]"
     figure, panels = page.floor_page(building, title, range(building.floors), _PALE)
     found = anchors_of(simulation)
     for floor, by_kind in found.items():
@@ -71,9 +72,12 @@ def moment_of(building: Building) -> Simulation:
     cells = (building.kind == Kind.FLOOR).sum(axis=(1, 2))
     people = min(paper.PEOPLE, int(cells.min()) * building.floors)
     scenario = Scenario(people=people, robots_per_floor=1)
-    simulation = Simulation(building, scenario, Escort(), NoFire(), EXAMPLE_SEED)
-    while simulation.world.time < MOMENT and not simulation.done:
-        simulation.step()
+    for moment in (MOMENT, MOMENT / 5, 0.0):  # in a small map all are soon out
+        simulation = Simulation(building, scenario, Escort(), NoFire(), EXAMPLE_SEED)
+        while simulation.world.time < moment and not simulation.done:
+            simulation.step()
+        if not simulation.done:
+            break
     return simulation
 
 
