@@ -51,7 +51,8 @@ def make_ready(first_call: Callable[[], None], say: Callable[[str], None]) -> No
                     raise
                 _remove(folder.glob("*/*"))
             except KeyboardInterrupt:
-                _remove(folder.glob(HALF_WRITTEN))
+                # entries compiled before the stop are whole, but not all
+                _remove(folder.glob("*/*" if listener.told else HALF_WRITTEN))
                 raise
             else:
                 break
