@@ -133,8 +133,13 @@ def test_people_look_where_they_walk(recorded):
 
 def loaded(folder, floor):
     """Trajectories and walkable area of a floor, as PedPy reads them."""
+    return read_by_pedpy(folder / f"floor-{floor + 1}.sqlite")
+
+
+def read_by_pedpy(path):
+    """Trajectories and walkable area of a file, as PedPy reads them."""
     pedpy = pytest.importorskip("pedpy", reason=NO_PEDPY)
-    file = {"trajectory_file": folder / f"floor-{floor + 1}.sqlite"}
+    file = {"trajectory_file": path}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ResourceWarning)
         trajectories = pedpy.load_trajectory_from_jupedsim_sqlite(**file)
@@ -272,14 +277,9 @@ def test_a_floor_that_walls_divide_becomes_a_file_for_each_part(towers):
 @pytest.mark.extra
 def test_pedpy_and_jupedsim_take_each_part_of_a_floor(towers):
     """Where one file for the whole floor is refused."""
-    pedpy = pytest.importorskip("pedpy", reason=NO_PEDPY)
     folder, run = towers
-    area = 0
-    for path in folder.iterdir():
-        file = {"trajectory_file": path}
-        pedpy.load_trajectory_from_jupedsim_sqlite(**file)
-        area += pedpy.load_walkable_area_from_jupedsim_sqlite(**file).area
-    assert area == run.building.walkable.sum()
+    areas = [read_by_pedpy(path)[1].area for path in folder.iterdir()]
+    assert sum(areas) == run.building.walkable.sum()
 
 
 def test_the_command_says_where_a_floor_has_parts_and_where_nobody_ever_was(
