@@ -17,11 +17,12 @@ from reference.learning.poca import GroupCritic
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop.anchors.frame import KEEP, WAIT
+from reference.workshop.anchors.frame import KEEP, UNIT, WAIT
 from reference.workshop.anchors.sets import (
     CROP,
     FARTHEST,
     MARK_NUMBERS,
+    MATES_READ,
     KnownWays,
     crops,
 )
@@ -160,6 +161,28 @@ def test_who_is_out_or_dead_changes_nothing():
     known = says(codec, moment, actor)
     assert torch.allclose(found[:, : known.shape[1]], known, atol=1e-6)
     assert not found[:, known.shape[1] :].any()
+
+
+@pytest.mark.paper("C5", "chosen")
+@pytest.mark.parametrize("robots", [2, 4, 8])
+def test_a_robot_reads_of_its_own_floor_the_three_nearest_mates(robots):
+    """As many as it can have learned with, so that crowds of robots are nothing new."""
+    for sim in evacuations("museum", (0.2, 20.0), robots_per_floor=robots):
+        codec = codec_of(sim)
+        moment = moment_of(sim)
+        (seen,) = codec.read([moment])
+        mates = numbers(codec, seen)["mates"]
+        beside = mates[..., 4] == 1
+        there = mates[..., -1] == 1
+        points = codec.layout.read(moment.vectors, "robots")
+        off = points[:, 1:, :2] - points[:, :1, :2]
+        metres = np.hypot(off[..., 0], off[..., 1])
+        same = points[:, 1:, 2] == points[:, :1, 2]
+        for g in range(len(points)):
+            nearest = np.sort(metres[g, same[g]])[:MATES_READ]
+            read = UNIT * np.hypot(*mates[g, beside[g], :2].T)
+            assert np.sort(read) == pytest.approx(nearest, abs=1e-3)
+            assert there[g].sum() == len(nearest) + (~same[g]).sum()
 
 
 # -- No order in it -----------------------------------------------------------------

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from reference import paper
-from reference.building import Building, Kind
+from reference.building import Building, Kind, lengths
 from reference.game.codec import PolicyCodec
 from reference.game.observations import GRID_KINDS
 from reference.navigation import navigation_of
@@ -49,6 +49,8 @@ from reference.workshop.strategies.traffic import (
 CROP = 21  # [C3, chosen] cells along a side of what a robot reads of the grid
 CROP_SHAPE = (len(GRID_KINDS), CROP, CROP)
 NO_IMAGE = (0, 0, 0)  # of the fire's grid: it is told what burns beside each anchor
+MATES_READ = 3
+"""[C5, chosen] of a robot's own floor, the nearest: nobody has learned with more."""
 RIMS_NUMBERED = 4  # [C5, chosen] rims of a floor that are told apart by their number
 SLACK = 1.0  # [C5, chosen] metres of detour at which flames are half on the way
 FARTHEST = 300.0  # metres from the outside, at most; walls are so far
@@ -257,6 +259,17 @@ class SetView(RobotView):
             self.mates = np.full((S, 1, 3), paper.ABSENT_POINT)
             self.mate_spots = np.full((S, 1, 2), np.nan)
         self.beside = self.mates[..., 2] == self.floor[:, None]
+        self._forget_far_mates()
+
+    def _forget_far_mates(self) -> None:
+        """Take those of my floor beyond the nearest MATES_READ for absent."""
+        metres = lengths(self.mates[..., :2] - self.me[:, None])
+        metres = np.where(self.beside, metres, np.inf)
+        rank = metres.argsort(axis=1, kind="stable").argsort(axis=1, kind="stable")
+        far = self.beside & (rank >= MATES_READ)
+        self.mates[far] = paper.ABSENT_POINT
+        self.mate_spots[far] = np.nan
+        self.beside &= ~far
 
     def shapes(self) -> SetShapes:
         """Count what `numbers` returns."""
