@@ -199,15 +199,29 @@ def job_in(family: Family, seed: int, phase: int, number: int, job: Job) -> Job:
         house = _rng(seed, HOUSES, phase, number)
     else:
         house = _rng(seed, HOUSES, which)
-    size = tuple(_draw(house, some) for some in _sizes(family))
+    own, size = _house(family, house)
     cast = _rng(seed, CASTS, phase, number)
     lot = Lot(
-        seed=FIRST_SEED + int(house.integers(2**32)),
-        size=(size[0], size[1], size[2]),
+        seed=own,
+        size=size,
         people=_draw(cast, family.people),
         robots_per_floor=_draw(cast, family.robots_per_floor),
     )
     return LotJob(**vars(job), lot=lot)
+
+
+def plan_in(family: Family, seed: int, which: int) -> str:
+    """The text of a generated building of a training with this seed, from 0 on."""
+    own, size = _house(family, _rng(seed, HOUSES, which))
+    return generated_text(own, *size)
+
+
+def _house(
+    family: Family, rng: np.random.Generator
+) -> tuple[int, tuple[int, int, int]]:
+    """Draw a building's own seed, and its width, height and floors."""
+    width, height, floors = (_draw(rng, some) for some in _sizes(family))
+    return FIRST_SEED + int(rng.integers(2**32)), (width, height, floors)
 
 
 def _sizes(family: Family) -> tuple[Range, Range, Range]:

@@ -1,0 +1,152 @@
+"""How many buildings must robots have seen, to guide in one that they never saw?
+
+    python tutorials/experiments/how_many_buildings.py
+    python tutorials/experiments/how_many_buildings.py --decisions 100_000 --seeds 0
+
+Trainings of preset `any` in 1, 10, 100 and 1,000 generated buildings: each copies
+`escort`, then makes as many decisions under scripted fires.  Afterwards they play in
+buildings of their own training and in others, where `escort` plays, too.  The gap
+between both is what they have learned by heart.  Whatever is finished is kept; the same
+command goes on.  With 500,000 decisions it takes an hour and a half of a core.
+"""
+
+import subprocess
+import sys
+from argparse import ArgumentParser
+from pathlib import Path
+
+import numpy as np
+from any_map import FIRES, Place, generated_places, room_in, survivors
+from matplotlib.figure import Figure
+
+from reference.workshop.comparing.results import aligned
+from reference.workshop.drawing import save
+from reference.workshop.drawing.page import BLUE
+from reference.workshop.storage.files import make_folder, read_json, write_json
+from reference.workshop.storage.workers import workers
+from reference.workshop.training.families import Family, plan_in
+
+NUMBERS = (1, 10, 100, 1000)
+PLACES = 10  # of each kind that they play in; of one building, that one
+HELD_OUT = 7000  # seeds of buildings in no training
+GUIDE = "escort"
+SETTINGS = """reference:
+  imitation_rounds: 2
+  imitation_episodes: 240
+  Robot:
+    max_steps: {decisions}
+    keep_checkpoints: 2
+"""
+
+
+def train(out, number, seed, decisions, workers_of_it):
+    """Begin a training, or go on; return its folder."""
+    folder = out / f"{number}-{seed}"
+    if any(folder.glob("checkpoint-*.pt")):
+        options = ["--resume"]
+    else:
+        settings = out / "settings.yaml"
+        settings.write_text(SETTINGS.format(decisions=decisions), encoding="utf-8")
+        options = ["--preset", "any", "--building", f"random:{number}"]
+        options += ["--imitate", GUIDE, "--seed", str(seed)]
+        options += ["--settings", str(settings)]
+    command = [sys.executable, "-m", "reference", "train", *options]
+    command += ["--workers", str(workers_of_it), "--out", str(folder)]
+    subprocess.run(command, check=True)
+    return folder
+
+
+def own_places(folder, number, seed):
+    """Write the first buildings of a training; people and robots by lot."""
+    make_folder(folder)
+    family = Family(number=number)
+    for which in range(min(number, PLACES)):
+        rng = np.random.default_rng([seed, which])
+        ranges = (family.people, family.robots_per_floor)
+        people, robots = (
+            int(rng.integers(low, high, endpoint=True)) for low, high in ranges
+        )
+        path = folder / f"{which}.txt"
+        path.write_text(plan_in(family, seed, which), encoding="utf-8")
+        yield Place(str(path), min(people, room_in(path)), robots)
+
+
+def less_than_guide(places, robots, episodes, folder, executor):
+    """Points less than the guide, a mean of each fire over buildings."""
+    lost = []
+    for place in places:
+        runs = folder / f"runs-{Path(place.building).stem}"
+        found = survivors(place, (GUIDE, robots), FIRES, episodes, runs, executor)
+        lost.append([found[robots, fire] - found[GUIDE, fire] for fire in FIRES])
+    return dict(zip(FIRES, np.mean(lost, axis=0).tolist(), strict=True))
+
+
+def drawn(found):
+    """Draw points less than the guide against buildings, a panel for each fire."""
+    figure = Figure(figsize=(9, 3.6), layout="constrained")
+    panels = figure.subplots(1, len(FIRES), sharey=True)
+    kinds = {
+        "own": ("in buildings of its training", "#c2571a"),
+        "held out": ("in others", BLUE),
+    }
+    for axes, fire in zip(panels, FIRES, strict=True):
+        for kind, (label, colour) in kinds.items():
+            points = [(row["buildings"], row[kind][fire]) for row in found]
+            means = {
+                number: np.mean([less for n, less in points if n == number])
+                for number, _ in points
+            }
+            axes.plot(*zip(*points, strict=True), "o", color=colour, alpha=0.5)
+            axes.plot(list(means), list(means.values()), color=colour, label=label)
+        axes.axhline(0, color="0.4", linestyle="dashed", linewidth=1)
+        axes.set_xscale("log")
+        axes.set_title("no fire" if fire == "none" else f"fire {fire}", fontsize=10)
+        axes.set_xlabel("buildings of the training")
+    panels[0].set_ylabel(f"survivors less those of {GUIDE}, points")
+    panels[0].legend(frameon=False, fontsize=9)
+    return figure
+
+
+def main():
+    parser = ArgumentParser(description="How many buildings are needed?")
+    parser.add_argument("--numbers", type=int, nargs="+", default=NUMBERS)
+    parser.add_argument("--seeds", type=int, nargs="+", default=(0, 1))
+    parser.add_argument("--decisions", type=int, default=500_000)
+    parser.add_argument("--episodes", type=int, default=10, help="in each building")
+    parser.add_argument("--out", type=Path, default=Path("out/how_many"))
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--picture", type=Path, help="default: DIR/buildings.png")
+    asked = parser.parse_args()
+
+    make_folder(asked.out)
+    table = asked.out / "how_many.json"
+    found = read_json(table)["trainings"] if table.exists() else []
+    there = [*generated_places(asked.out / "held_out", PLACES, HELD_OUT)]
+    for seed in asked.seeds:
+        for number in asked.numbers:
+            if any((row["buildings"], row["seed"]) == (number, seed) for row in found):
+                continue
+            made = train(asked.out, number, seed, asked.decisions, asked.workers)
+            own = [*own_places(asked.out / f"own-{number}-{seed}", number, seed)]
+            row = {"buildings": number, "seed": seed, "decisions": asked.decisions}
+            with workers(asked.workers) as executor:
+                for kind, places in {"own": own, "held out": there}.items():
+                    folder = asked.out / f"{number}-{seed}-{kind.split()[0]}"
+                    make_folder(folder)
+                    row[kind] = less_than_guide(
+                        places, str(made), asked.episodes, folder, executor
+                    )
+            found.append(row)
+            write_json(table, {"trainings": found})
+
+    rows = [["buildings", "seed", "where", *FIRES]]
+    for row in sorted(found, key=lambda row: (row["buildings"], row["seed"])):
+        for kind in ("own", "held out"):
+            lost = [f"{row[kind][fire]:.1f}" for fire in FIRES]
+            rows.append([str(row["buildings"]), str(row["seed"]), kind, *lost])
+    print(aligned(rows, "<<<" + ">" * len(FIRES)))
+    save(drawn(found), asked.picture or asked.out / "buildings.png")
+
+
+if __name__ == "__main__":
+    main()
