@@ -412,7 +412,7 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
     seed = f"seed {evacuation.CHOSEN_SEED}, chosen to show the difference early"
     assert title == f"paper, 40 people, {seed}"
     told = (
-        r"[a-z, ]+:  +(\d+) get out alive, health \d+ of 100; mean of 100 seeds: (.+)"
+        r"[a-z, ]+:  +(\d+) get out alive, health \d+ of 100; mean of 200 seeds: (.+)"
     )
     out, means = zip(
         *[re.fullmatch(told, line).groups() for line in lines], strict=True
