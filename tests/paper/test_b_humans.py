@@ -44,7 +44,7 @@ from reference.paper import Scenario
 from reference.robots import followers_of
 from reference.simulation import Simulation
 from reference.view import look
-from reference.walking import free_for
+from reference.walking import free_for, targets
 from reference.workshop.engine import to_the_end
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.guides import Sweep
@@ -405,10 +405,31 @@ def test_who_means_to_pass_a_door_gets_stuck_before_it_too():
 
 @pytest.mark.paper("B5", "stuck, chosen")
 def test_who_follows_gets_stuck_before_flames_and_passes_them():
-    """The goal is the leader, not the next cell on the way, which is near."""
-    sim = stage("#p.*.R..E", follows="pR")
-    assert play(sim, paper.STUCK_SECONDS) == "#.p*.R..E"
-    assert play(sim, 6) == "#..*.p..E"
+    """The goal is the leader, not the next cell on the way, which is near; q is there
+    already, and content."""
+    sim = stage("#p.*.R.q.E", follows="pR qR")
+    assert play(sim, paper.STUCK_SECONDS) == "#.p*.q...E"
+    assert play(sim, 6) == "#..*pq...E"
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_one_who_walks_on_does_not_keep_another_from_being_stuck():
+    """q gets out; p does not move."""
+    board = "#############\n#p..........E\n#q..........E\n#############"
+    sim = stage(board, still="p", sight_range=12)
+    play(sim, paper.STUCK_SECONDS + 1)
+    assert (sim.world.bodies.reckless_until > sim.world.time).tolist() == [True, False]
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_all_who_are_held_up_plan_again_from_cell_to_cell():
+    """p and q; r, who got ahead just now, walks straight on to where they all go."""
+    sim = stage("#p....q....r....E")
+    bodies = sim.world.bodies
+    bodies.target[:] = sim.building.metres(1, 15)
+    bodies.anchor_time[:2] = -paper.DETOUR_SECONDS - 0.1
+    found = targets(sim.world, np.arange(3))
+    assert [sim.building.cell(*metres) for metres in found] == [(1, 2), (1, 7), (1, 15)]
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
@@ -488,6 +509,18 @@ def test_through_a_destroyed_door_one_sees_people_and_doors(door):
 
 @pytest.mark.paper("A6", "chosen")
 @pytest.mark.paper("B6", "desired, chosen")
+def test_through_two_destroyed_doors_in_a_row_one_sees_what_is_behind_both():
+    """p sees q, and goes to the door in the third room."""
+    board = "#p:.:q+.E"
+    assert sets_off(board) == "#p:.:q!.E"
+    seen = view(stage(board), "p")
+    assert [*seen.landmarks] == [mark(stage(board), "+3")]
+    assert [*seen.bodies] == [body("q")]
+    assert seen.burnt == stage(board).world.burnt
+
+
+@pytest.mark.paper("A6", "chosen")
+@pytest.mark.paper("B6", "desired, chosen")
 def test_who_stands_in_a_door_that_burns_down_wants_it_no_more():
     """p has set off to it, and looks for another way out of the hole."""
     sim = stage("#p..+.........+.E", leads="p")
@@ -523,10 +556,10 @@ def test_a_way_through_flames_is_not_gone():
 
 
 @pytest.mark.paper("B6", "hysteresis, chosen")
-@pytest.mark.parametrize(("metres_nearer", "kept"), [(2, True), (4, False)])
+@pytest.mark.parametrize(("metres_nearer", "kept"), [(2, True), (3, False)])
 def test_a_goal_is_kept_until_another_is_much_nearer(metres_nearer, kept):
-    """GOAL_HYSTERESIS lies between the two cases."""
-    assert 2 < paper.GOAL_HYSTERESIS < 4
+    """Nearer by GOAL_HYSTERESIS is enough."""
+    assert paper.GOAL_HYSTERESIS == 3
     far = "." * metres_nearer
     sim = stage(f"#..+.p.{far}+..E", sight_range=9, leads="p")
     near = mark(sim, Kind.DOOR)
@@ -981,6 +1014,14 @@ def test_out_of_a_stairwell_people_are_leaders_who_remember_one_entrance():
 
 
 # -- What nobody knows --------------------------------------------------------------
+
+
+@pytest.mark.paper("B3")
+def test_who_look_at_once_see_each_other_and_nobody_sees_themselves():
+    """p, q and r in a row, all three about to think."""
+    sim = stage("#pqr..E")
+    seen = look(sim.world, sim.sight, np.arange(3))
+    assert [sorted(one.bodies) for one in seen] == [[1, 2], [0, 2], [0, 1]]
 
 
 @pytest.mark.paper("B3")

@@ -9,12 +9,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from movies import (
+    beside,
     body,
     events_of,
     mark,
     mind,
     play,
     play_until,
+    remembers,
     shipped,
     show,
     stage,
@@ -225,6 +227,17 @@ def test_flames_move_on_once_a_second():
 # -- SETTLE -------------------------------------------------------------------------
 
 
+@pytest.mark.paper("B4", "chosen")
+def test_people_take_turns_in_thinking():
+    """All in the first tick; then one third in each, unless something happens."""
+    sim = stage("#pqrst....E", still="pqrst", leads="pqrst")
+    turns = []
+    for _ in range(6):
+        turns.append("".join("pqrst"[i] for i in np.flatnonzero(sim.due)))
+        sim.step()
+    assert turns == ["pqrst", "qt", "r", "ps", "qt", "r"]
+
+
 @pytest.mark.paper("B7")
 def test_health_falls_before_deaths_are_settled():
     """Who has less than a tick's loss left dies in this tick, not in the next."""
@@ -254,6 +267,22 @@ def test_a_door_fires_once_for_who_walks_through_it():
     sim = stage("#..+.p.........E", leads="p")
     assert play(sim, 2.6) == "#.p+...........E"
     assert thinks(sim) == "#.p!...........E"
+
+
+@pytest.mark.paper("A5")
+def test_a_wide_door_fires_once_for_who_walks_from_one_of_its_cells_to_the_next():
+    """p crosses it askew, after q: it is one door, passed once, and the way back."""
+    board, enters, leaves, after = beside("""
+        ######    ######    ######    ######
+        #p...#    #....#    #....#    #....#
+        #++++#    #+p++#    #++p+#    #1111#
+        #...q#    #...q#    #...q#    #...q#
+        ##E###    ##E###    ##E###    ##E###
+        """)
+    sim = stage(board, follows="pq", still="q")
+    play_until(sim, lambda: show(sim) == enters)
+    play_until(sim, lambda: show(sim) == leaves)
+    assert remembers(sim) == after
 
 
 @pytest.mark.paper("A5")

@@ -162,6 +162,7 @@ def test_a_trajectory_goes_on_from_a_value_unless_the_agent_is_done(
 @pytest.mark.paper("E4", "deviation")
 @pytest.mark.paper("E1", "Tab. I")
 @pytest.mark.paper("E2", "Tab. II")
+@pytest.mark.paper("E3")
 def test_rewards_are_scaled_before_anything_is_learnt_from_them():
     """By `reward_scale`, ours, and `strength`, the original's."""
     t = life("#", sizes=MIXED, rewards=np.array([300.0]))
