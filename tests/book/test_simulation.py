@@ -347,11 +347,13 @@ def test_everybody_begins_in_a_room_cell_of_their_own():
     assert (now.health == paper.HEALTH).all()
 
 
-def test_people_can_begin_in_rooms_by_name():
-    """As a teacher says it: twelve in the lobby."""
-    sim = run(people=12, rooms=("1/lobby",))
-    lobby = next(a.index for a in sim.building.areas if a.id == "1/lobby")
-    assert set(sim.building.area.ravel()[sim.world.bodies.place]) == {lobby}
+@pytest.mark.paper("B8")
+@pytest.mark.parametrize("rooms", [("1/lobby",), ("1/lobby", "1/store")])
+def test_people_can_begin_in_rooms_by_name(rooms):
+    """As a teacher says it: twelve in the lobby, or in the lobby and the store."""
+    sim = run(people=12, rooms=rooms)
+    areas = sim.building.area.ravel()[sim.world.bodies.place]
+    assert {sim.building.areas[index].id for index in areas} == {*rooms}
 
 
 @pytest.mark.parametrize(

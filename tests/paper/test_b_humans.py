@@ -152,6 +152,16 @@ def test_this_exit_means_the_one_the_robot_goes_to(said, after):
     assert sets_off("E..pR............E", says=said, follows="pR") == after
 
 
+@pytest.mark.paper("B5", "Alg. 1:7-8: do what it says")
+@pytest.mark.paper("C7", "chosen")
+def test_a_follower_does_what_its_own_robot_says_though_another_is_nearer():
+    """The first says: this exit; the second, which p follows: follow me."""
+    board = "#R.p...R..E"
+    said = {"says": "R1E R2", "sight_range": 8}
+    assert sets_off(board, follows="pR2", **said) == "#R.p...!..E"
+    assert sets_off(board, follows="pR1", **said) == "#R.p...R..!"
+
+
 @pytest.mark.paper("B5", "Alg. 1:8: do what it says")
 @pytest.mark.paper("B3")
 @pytest.mark.parametrize(("heard", "row"), [("RE", "#p....!"), ("R", "#p....E")])
@@ -334,6 +344,21 @@ def test_of_two_unvisited_doors_the_nearest_is_gone_to(row, after):
     """A flame beside either way: neither door is desired."""
     board = f"##############\n#..#.*..*.#..#\n#..{row}..E\n##############"
     assert sets_off(board).splitlines()[2] == f"#..{after}..E"
+
+
+@pytest.mark.paper("B1")
+@pytest.mark.paper("B6", "desired, chosen")
+@pytest.mark.parametrize("flame", [".", "*"])
+def test_a_wide_door_is_as_near_as_its_nearest_cell(flame):
+    """And the way there leads to that cell, not past a flame to another."""
+    board = f"""
+        ############
+        #..........#
+        ####+++++###
+        #.+.p..{flame}.#.E
+        ############
+        """
+    assert sets_off(board) == drawn(board).replace("+++++", "!!!!!")
 
 
 @pytest.mark.paper("B6", "Alg. 2:13-14: if a direction in view is unexplored")
@@ -615,6 +640,13 @@ def test_a_human_leads_only_so_many(places_left):
     assert after == (to_leader if places_left else to_door)
 
 
+@pytest.mark.paper("B6", "suitable, chosen")
+def test_if_the_first_leader_has_enough_followers_the_second_is_followed():
+    """w outranks v, but five follow w already."""
+    said = {"leads": "pvw", "follows": "qw rw sw tw uw", "sight_range": 15}
+    assert sets_off("#pqrstuvw...+...E", **said) == "#pqrstu!w...+...E"
+
+
 @pytest.mark.paper("B3")
 @pytest.mark.paper("B6", "suitable, chosen")
 def test_followers_behind_a_wall_are_not_counted():
@@ -741,14 +773,18 @@ def test_who_turns_back_in_a_door_leaves_it():
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 def test_a_burnt_door_is_no_way_back():
-    """The one before it is tried."""
+    """The one before it is tried; nor are two."""
     board = "#.p.:...+..........E"
     assert sets_off(board, visited="+2 +1") == "#.p.:...!..........E"
+    board = "#.p.:.:.+..........E"
+    assert sets_off(board, visited="+3 +2 +1") == "#.p.:.:.!..........E"
+    assert sets_off(board, visited="+3 +1 +2") == "#.p.:.:.!..........E"
 
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
-    """Into the niche that p has passed; nothing is forgotten."""
+    """Into the niche that p has passed; nothing is forgotten, and where p stands for
+    the second time it was last."""
     board = """
         ############
         #.....p....#
@@ -761,7 +797,7 @@ def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
     me = mind(sim, "p")
     p = int(sim.world.bodies.place[0])
     me.patches.update(sim.sight.patches.tolist())
-    me.been = dict.fromkeys(range(p + 4, p, -1))
+    me.been = dict.fromkeys([p, *range(p + 4, p, -1)])
     patches = set(me.patches)
     assert decide(sim, "p").place < p
     assert me.patches == patches

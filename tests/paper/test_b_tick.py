@@ -240,12 +240,13 @@ def test_people_take_turns_in_thinking():
 
 @pytest.mark.paper("B7")
 def test_health_falls_before_deaths_are_settled():
-    """Who has less than a tick's loss left dies in this tick, not in the next."""
-    sim = stage("#p.....E", health={"p": LOSS / 2})
-    assert [type(event) for event in sim.step()] == [Died]
-    assert sim.world.bodies.fate[0] == Fate.DEAD
-    assert sim.world.bodies.health[0] == 0
-    assert show(sim) == "#x.....E"
+    """Who has less than a tick's loss left dies in this tick, not in the next; so do
+    two of them."""
+    sim = stage("#p.q.r..E", health={"p": LOSS / 2, "r": LOSS / 2})
+    assert [type(event) for event in sim.step()] == [Died, Died]
+    assert sim.world.bodies.fate.tolist() == [Fate.DEAD, Fate.INSIDE, Fate.DEAD]
+    assert sim.world.bodies.health[[0, 2]].tolist() == [0, 0]
+    assert show(sim) == "#x.q.x..E"
 
 
 @pytest.mark.paper("B7", "A4")

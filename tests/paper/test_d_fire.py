@@ -401,6 +401,17 @@ def test_flames_hurt_and_so_does_standing_beside_them():
 
 
 @pytest.mark.paper("B7")
+def test_everybody_loses_what_their_own_place_costs():
+    """p stands beside the flame, q farther away."""
+    sim = stage("#..*p..q..E", still="pq")
+    sim.step()
+    everywhere = paper.HEALTH_RATE * paper.FRAMES_PER_TICK
+    lost = paper.HEALTH - sim.world.bodies.health
+    beside_it = everywhere + paper.HEAT_LOSS * sim.tick
+    assert lost == pytest.approx([beside_it, everywhere])
+
+
+@pytest.mark.paper("B7")
 @pytest.mark.paper("C5", "chosen")
 def test_two_flames_side_by_side_are_no_hotter_than_one():
     """h: beside flames, in all four directions, not where only corners meet. A metre
@@ -444,6 +455,15 @@ def test_entrances_and_exits_are_not_regular_doors_and_do_not_burn():
     """Flames stand beside all three; only the door in the middle is destroyed."""
     board = "#AA+*p....*+..*E\n\n#AA+...........#"
     assert later(board, 3, still="p") == "#AA+*p....*:..*E\n\n#AA+...........#"
+
+
+@pytest.mark.paper("A6")
+def test_two_doors_beside_one_flame_are_destroyed_at_once():
+    """In the same second, though its room is as narrow as that."""
+    sim = stage("#p......+*+......E", still="p")
+    assert play(sim, paper.FLAME_SECONDS) == "#p......:*:......E"
+    times = [event.time for event in events_of(sim, DoorBurnt)]
+    assert times == [paper.FLAME_SECONDS] * 2
 
 
 # -- Strategies ---------------------------------------------------------------------
