@@ -99,6 +99,29 @@ def test_speed_falls_with_the_gap_ahead():
     assert min(pdist(at)[0] for at in track) >= TOUCHING
 
 
+@pytest.mark.paper("A9", "chosen")
+@pytest.mark.parametrize("metres", [[0.6, 1.3], [1.3, 0.6]], ids=str)
+def test_of_two_ahead_the_nearer_sets_the_pace(metres):
+    """Whichever has the lower number."""
+    aim = [[9, 0]] + [[x, 0] for x in metres]
+    track = walk([[0, 0], *aim[1:]], aim, ticks=1)
+    gap = 0.6 - 2 * BODY_RADIUS
+    walked = np.hypot(*track[1, 0])
+    assert walked == pytest.approx(gap / paper.GAP_SECONDS * TICK, rel=1e-3)
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_one_keeps_as_far_to_the_right_of_two_as_of_one():
+    """Who come towards one, so far away that they do not push yet."""
+    aside = []
+    for ys in ([0.0], [-0.2, 0.2]):
+        start = [[0, 0]] + [[1.5, y] for y in ys]
+        aim = [[9, 0]] + [[-9, y] for y in ys]
+        aside.append(walk(start, aim, ticks=1)[1, 0, 1])
+    assert aside[0] < -0.1
+    assert aside[1] == pytest.approx(aside[0], abs=0.01)
+
+
 def test_people_on_different_floors_do_not_meet():
     """They stand in the same spot and walk as if alone."""
     at = np.zeros((2, 2))

@@ -134,6 +134,17 @@ def test_a_decision_updates_destination_and_instruction():
     assert told == [mark(sim, "+2"), NOWHERE]
 
 
+@pytest.mark.paper("C7", "Alg. 3:4: take the decision as the new destination")
+def test_a_second_decision_replaces_the_first_one_on_the_way_there():
+    """The robot turns round in the middle of the corridor, and does not come back."""
+    board = "#....R...........pE"
+    there, back = (built(board).metres(1, col) for col in (14, 2))
+    sim = stage(board, Script(there, back), decision_seconds=2, still="p")
+    assert play(sim, 2) == "#.......R........pE"
+    assert play(sim, 2) == "#....R...........pE"
+    assert play(sim, 6) == "#.R..............pE"
+
+
 @pytest.mark.paper("C7", "Alg. 3:6-7: walk on towards the destination")
 def test_a_robot_moves_towards_its_destination_at_its_speed():
     """Tick by tick, also when no decision is made; then it stays there."""
@@ -326,6 +337,18 @@ def test_a_robot_leads_around_flames_where_it_can(flame, passes):
 
 
 @pytest.mark.paper("C5", "chosen")
+def test_a_robot_goes_straight_though_it_burns_on_another_floor():
+    """Around flames of its own floor it goes from cell to cell."""
+    lower = "#######\n#R....#\n#..*..#\n#....1E\n#p....#\n#######"
+    upper = lower.replace("1E", "2#").replace("*", ".")
+    sim = stage(f"{lower}\n\n{upper}", still="pq")
+    sim.step()
+    below, above = sim.world.robots
+    assert len(above.way) == 1
+    assert len(below.way) > 3
+
+
+@pytest.mark.paper("C5", "chosen")
 def test_a_metre_in_flames_counts_more_than_one_beside_them():
     """The robot takes the longer way, beside two flames instead of through one."""
     board, after = beside("""
@@ -374,6 +397,20 @@ def test_none_means_that_there_are_no_robots():
     assert [robot.floor for robot in robots] == [0, 0, 1, 1, 2, 2]
     north = [bool(robot.position[1] > 0) for robot in robots]
     assert north == [False, True] * 3
+
+
+@pytest.mark.paper("C2", "chosen")
+@pytest.mark.parametrize(
+    ("board", "cols"),
+    [("#AA+...+BB#\n\n#AA+...+BB#", [1, 8, 1]), ("#...+...E", [2, 6, 2])],
+    ids=["stairwells", "rooms"],
+)
+def test_a_third_robot_begins_where_the_first_one_does(board, cols):
+    """At the stairwells in turn; on a floor without, in its rooms in turn."""
+    scene = Scenario(people=1, robots_per_floor=3)
+    robots = Simulation(built(board), scene, Sweep()).world.robots
+    found = [built(board).cell(*robot.position)[1] for robot in robots]
+    assert found == cols * built(board).floors
 
 
 @pytest.mark.paper("C5")

@@ -175,15 +175,17 @@ def test_rewards_are_scaled_before_anything_is_learnt_from_them():
 
 @pytest.mark.paper("E4")
 def test_both_networks_normalise_with_what_the_live_agents_saw():
-    """Before values are computed; neither the absent nor a last observation count."""
+    """In both episodes, before values are computed; neither the absent nor a last
+    observation count."""
     learner = made(normalize=True)
     t = life("###", "#..", sizes=MIXED)
-    learner.add([t])
-    live = t.vectors[:-1][t.alive[:-1]]
-    counted = np.vstack([np.zeros(MIXED.vector), live])  # the first count is of zeros
+    second = life("##", "##", sizes=MIXED, seed=1)
+    learner.add([t, second])
+    live = [one.vectors[:-1][one.alive[:-1]] for one in (t, second)]
+    counted = np.vstack([np.zeros(MIXED.vector), *live])  # the first count is of zeros
     for network in (learner.actor, learner.critic):
         normaliser = network.body.encoder.normaliser
-        assert normaliser.count == 5
+        assert normaliser.count == len(counted) == 9
         assert normaliser.mean.numpy() == pytest.approx(counted.mean(axis=0), abs=1e-6)
     part = learner.buffer[0]
     vectors = torch.from_numpy(t.vectors[:-1])
