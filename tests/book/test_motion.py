@@ -55,10 +55,14 @@ def test_a_body_stops_at_its_aim():
     assert np.hypot(*(track[-1, 0] - track[-2, 0])) < 0.1 * WALKING_SPEED * TICK
 
 
-def test_a_body_slides_along_a_wall_towards_its_aim():
-    """It does not stop at the first touch."""
-    track = walk([[0, 0]], [[5, 2]], ticks=60, free=corridor(1))
-    assert track[-1, 0, 0] > 4
+@pytest.mark.paper("A9", "chosen")
+@pytest.mark.parametrize("along", [0, 1], ids=["x", "y"])
+def test_a_body_slides_along_a_wall_towards_its_aim(along):
+    """Along either axis; it does not stop at the first touch."""
+    aim = [2, 2]
+    aim[along] = 5
+    track = walk([[0, 0]], [aim], 60, lambda at: np.abs(at[:, 1 - along]) < 0.5)
+    assert track[-1, 0, along] > 4
 
 
 @pytest.mark.paper("A9", "chosen")
@@ -120,6 +124,27 @@ def test_one_keeps_as_far_to_the_right_of_two_as_of_one():
         aside.append(walk(start, aim, ticks=1)[1, 0, 1])
     assert aside[0] < -0.1
     assert aside[1] == pytest.approx(aside[0], abs=0.01)
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_a_push_reaches_those_in_the_middle_of_a_row():
+    """Of four who overlap by 10 cm each. In the first of three rounds the pushes on the
+    inner two cancel each other; the outer two make room for them."""
+    row = [[0, 0], [0.3, 0], [0.6, 0], [0.9, 0]]
+    track = walk(row, row, ticks=1)
+    assert track[1, :, 0] == pytest.approx([-0.1, 0.275, 0.625, 1.0])
+
+
+@pytest.mark.paper("A9", "chosen")
+@pytest.mark.parametrize("fast", [0, 1])
+def test_in_long_ticks_two_who_run_at_each_other_heed_each_other_from_afar(fast):
+    """Half a second: either of them gets as far as a metre and a half."""
+    pace = np.array([0.1, 0.1])
+    pace[fast] = 3.0
+    found = motion.neighbours(
+        np.array([[0.0, 0], [3.3, 0]]), np.zeros(2, int), pace, seconds=0.5
+    )
+    assert found.T.tolist() == [[0, 1]]
 
 
 def test_people_on_different_floors_do_not_meet():

@@ -113,6 +113,16 @@ def test_a_crowd_may_be_farther_behind_than_one_follower():
 
 
 @pytest.mark.paper("C7", "Alg. 3:2, chosen: help people out")
+def test_a_robot_waits_for_its_own_followers_alone():
+    """q, who follows the second one, is far from both."""
+    sim = stage("#pR...q......R..E", still="pq", follows="pR1 qR2")
+    for robot in sim.world.robots:
+        robot.way = [robot.place + 1]
+    speeds = [speed_while_leading(robot, sim.world) for robot in sim.world.robots]
+    assert speeds == [ROBOT_SPEED, 0]
+
+
+@pytest.mark.paper("C7", "Alg. 3:2, chosen: help people out")
 def test_a_robot_does_not_wait_beside_a_door():
     """There its followers would stand in the doorway; it goes on, and waits beyond."""
     board = "#p..R+.....1.E"

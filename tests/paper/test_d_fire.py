@@ -458,12 +458,21 @@ def test_entrances_and_exits_are_not_regular_doors_and_do_not_burn():
 
 
 @pytest.mark.paper("A6")
-def test_two_doors_beside_one_flame_are_destroyed_at_once():
-    """In the same second, though its room is as narrow as that."""
-    sim = stage("#p......+*+......E", still="p")
-    assert play(sim, paper.FLAME_SECONDS) == "#p......:*:......E"
+def test_four_doors_around_one_flame_are_destroyed_at_once():
+    """In the same second, on all its sides; the fifth is a metre farther away."""
+    board, after = beside("""
+        ##########    ##########
+        #.......p#    #.......p#
+        #.##+#####    #.##:#####
+        #.#+*+.+.#    #.#:*:.+.#
+        #.##+#####    #.##:#####
+        #........E    #........E
+        ##########    ##########
+        """)
+    sim = stage(board, still="p")
+    assert play(sim, paper.FLAME_SECONDS) == after
     times = [event.time for event in events_of(sim, DoorBurnt)]
-    assert times == [paper.FLAME_SECONDS] * 2
+    assert times == [paper.FLAME_SECONDS] * 4
 
 
 # -- Strategies ---------------------------------------------------------------------
