@@ -359,6 +359,8 @@ def test_a_wide_door_is_as_near_as_its_nearest_cell(flame):
         ############
         """
     assert sets_off(board) == drawn(board).replace("+++++", "!!!!!")
+    sim = stage(board)
+    assert view(sim, "p").landmarks[mark(sim, "+1")].distance == 1
 
 
 @pytest.mark.paper("B6", "Alg. 2:13-14: if a direction in view is unexplored")
