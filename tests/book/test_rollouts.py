@@ -62,15 +62,20 @@ def replayed(episode: Episode, environment: Environment):
 @pytest.mark.paper("C8", "D6", "E3")
 @pytest.mark.paper("E4", "deviation")
 @pytest.mark.parametrize(
-    ("seconds", "robots_go_on", "fire_goes_on"),
-    [(30, 4, True), (95, 2, False), (200, 0, False)],
-    ids=["time is up", "the last source is lit", "nobody is inside"],
+    ("people", "seconds", "robots_go_on", "fire_goes_on"),
+    [
+        ((3, 3), 30, 4, True),
+        ((0, 6), 18, 4, True),
+        ((3, 3), 95, 2, False),
+        ((3, 3), 200, 0, False),
+    ],
+    ids=["time is up", "upstairs", "the last source is lit", "nobody is inside"],
 )
 def test_a_trajectory_is_what_the_environment_says_to_its_actions(
-    seconds, robots_go_on, fire_goes_on
+    people, seconds, robots_go_on, fire_goes_on
 ):
     """Rewards, last observations, and who is cut off with something left to decide."""
-    scenario = replace(SCENARIO, time_limit=float(seconds))
+    scenario = replace(SCENARIO, people_per_floor=people, time_limit=float(seconds))
     episode = played(scenario)
     environment = Environment(building_of(TINY), scenario)
     paid, seen, cut = replayed(episode, environment)

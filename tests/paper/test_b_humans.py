@@ -206,6 +206,15 @@ def test_a_follower_whose_leader_is_out_of_sight_disconnects_and_leads():
 
 
 @pytest.mark.paper("B5", "Alg. 1:11: let go of the leader and become one")
+def test_whoever_the_lost_leader_was_is_let_go_of():
+    """Two who have lost each other both lead themselves."""
+    sim = stage(APART, lost="pq qp")
+    for who in "pq":
+        thinks(sim, who)
+        assert mode(sim, who) == "LEADER"
+
+
+@pytest.mark.paper("B5", "Alg. 1:11: let go of the leader and become one")
 def test_a_stuck_follower_without_leader_waits_before_leading():
     """Line 3 is not for the stuck; line 11 comes STUCK_WAIT_SECONDS later."""
     sim = stage("#p.......E", sight_range=9)

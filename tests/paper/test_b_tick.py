@@ -81,6 +81,16 @@ def test_everybody_looks_before_anybody_decides():
 
 
 @pytest.mark.paper("B4")
+def test_all_who_have_decided_set_off():
+    """p, q and r, in the same tick: each has another exit in view."""
+    wall = "########"
+    board = f"{wall}\n#p.....E\n{wall}\n#q..E###\n{wall}\n#r...E##\n{wall}"
+    sim = stage(board, leads="pqr", sight_range=8)
+    sim.step()
+    assert sim.world.bodies.landmark.tolist() == [mark(sim, f"E{k}") for k in (1, 2, 3)]
+
+
+@pytest.mark.paper("B4")
 def test_people_decide_before_strategies():
     """When the robots' first turn comes, p has become a leader already."""
     robots = Probe(lambda world: world.minds[0].mode, [None])

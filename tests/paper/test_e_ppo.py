@@ -213,8 +213,11 @@ def watched(*agents, **changes):
 
 @pytest.mark.paper("E3")
 def test_an_update_goes_num_epoch_times_through_whole_minibatches():
-    """Eleven rows in fours, three epochs: six steps, and the buffer is empty."""
-    learner, _, _ = watched("#" * 11, num_epoch=3)
+    """Eleven rows of two episodes in fours, three epochs: six steps, and the buffer is
+    empty."""
+    learner = Watched(settings("ppo", num_epoch=3), MIXED, 0)
+    learner.add([life("#" * 6, sizes=MIXED), life("#" * 5, sizes=MIXED, seed=1)])
+    learner.update()
     assert [len(batch) for batch, *_ in learner.seen] == [4] * 6
     assert not learner.buffer and not learner.full
     step = learner.optimiser.state_dict()["state"][0]["step"]
