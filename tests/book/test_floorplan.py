@@ -27,11 +27,12 @@ def test_a_drawing_becomes_rows_of_cells_all_equally_wide():
 
 
 @pytest.mark.paper("A1")
-def test_a_floor_drawn_once_is_built_twice():
+@pytest.mark.parametrize(("floors", "storeys"), [("2-3", 3), ("2-5", 5)])
+def test_a_floor_drawn_once_is_built_as_often_as_said(floors, storeys):
     """`floor 2-3:` saves drawing what is alike."""
-    plan = parse(HOUSE.replace("floor 2:", "floor 2-3:"))
-    assert len(plan.storeys) == 3
-    assert plan.storeys[1] == plan.storeys[2]
+    plan = parse(HOUSE.replace("floor 2:", f"floor {floors}:"))
+    assert len(plan.storeys) == storeys
+    assert len(set(plan.storeys[1:])) == 1
 
 
 @pytest.mark.parametrize(

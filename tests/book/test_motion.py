@@ -55,10 +55,14 @@ def test_a_body_stops_at_its_aim():
     assert np.hypot(*(track[-1, 0] - track[-2, 0])) < 0.1 * WALKING_SPEED * TICK
 
 
-def test_a_body_slides_along_a_wall_towards_its_aim():
-    """It does not stop at the first touch."""
-    track = walk([[0, 0]], [[5, 2]], ticks=60, free=corridor(1))
-    assert track[-1, 0, 0] > 4
+@pytest.mark.paper("A9", "chosen")
+@pytest.mark.parametrize("along", [0, 1], ids=["x", "y"])
+def test_a_body_slides_along_a_wall_towards_its_aim(along):
+    """Along either axis; it does not stop at the first touch."""
+    aim = [2, 2]
+    aim[along] = 5
+    track = walk([[0, 0]], [aim], 60, lambda at: np.abs(at[:, 1 - along]) < 0.5)
+    assert track[-1, 0, along] > 4
 
 
 @pytest.mark.paper("A9", "chosen")
@@ -97,6 +101,50 @@ def test_speed_falls_with_the_gap_ahead():
     assert speed[0] == pytest.approx(WALKING_SPEED, rel=0.02)
     assert speed[-1] == pytest.approx(0.5, rel=0.1)
     assert min(pdist(at)[0] for at in track) >= TOUCHING
+
+
+@pytest.mark.paper("A9", "chosen")
+@pytest.mark.parametrize("metres", [[0.6, 1.3], [1.3, 0.6]], ids=str)
+def test_of_two_ahead_the_nearer_sets_the_pace(metres):
+    """Whichever has the lower number."""
+    aim = [[9, 0]] + [[x, 0] for x in metres]
+    track = walk([[0, 0], *aim[1:]], aim, ticks=1)
+    gap = 0.6 - 2 * BODY_RADIUS
+    walked = np.hypot(*track[1, 0])
+    assert walked == pytest.approx(gap / paper.GAP_SECONDS * TICK, rel=1e-3)
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_one_keeps_as_far_to_the_right_of_two_as_of_one():
+    """Who come towards one, so far away that they do not push yet."""
+    aside = []
+    for ys in ([0.0], [-0.2, 0.2]):
+        start = [[0, 0]] + [[1.5, y] for y in ys]
+        aim = [[9, 0]] + [[-9, y] for y in ys]
+        aside.append(walk(start, aim, ticks=1)[1, 0, 1])
+    assert aside[0] < -0.1
+    assert aside[1] == pytest.approx(aside[0], abs=0.01)
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_a_push_reaches_those_in_the_middle_of_a_row():
+    """Of four who overlap by 10 cm each. In the first of three rounds the pushes on the
+    inner two cancel each other; the outer two make room for them."""
+    row = [[0, 0], [0.3, 0], [0.6, 0], [0.9, 0]]
+    track = walk(row, row, ticks=1)
+    assert track[1, :, 0] == pytest.approx([-0.1, 0.275, 0.625, 1.0])
+
+
+@pytest.mark.paper("A9", "chosen")
+@pytest.mark.parametrize("fast", [0, 1])
+def test_in_long_ticks_two_who_run_at_each_other_heed_each_other_from_afar(fast):
+    """Half a second: either of them gets as far as a metre and a half."""
+    pace = np.array([0.1, 0.1])
+    pace[fast] = 3.0
+    found = motion.neighbours(
+        np.array([[0.0, 0], [3.3, 0]]), np.zeros(2, int), pace, seconds=0.5
+    )
+    assert found.T.tolist() == [[0, 1]]
 
 
 def test_people_on_different_floors_do_not_meet():

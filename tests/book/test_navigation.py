@@ -133,6 +133,13 @@ def test_the_nearest_free_place_to_a_wall_is_beside_it():
     assert nav.nearest_free(0, x, y) == nav.cols + 3
 
 
+def test_of_two_equally_near_free_places_the_first_is_taken():
+    """In reading order: of four around a corner the one in the north-west."""
+    nav = navigation_of(built("#####\n#...#\n#...E\n#####"))
+    x, y = nav.building.metres(1.5, 2.5)
+    assert nav.nearest_free(0, x, y) == nav.cols + 2
+
+
 def test_the_place_beyond_a_door_is_on_its_other_side():
     """Seen from either room."""
     building = built("#..+..E")

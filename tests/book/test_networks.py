@@ -216,10 +216,12 @@ def check_begins(network, begins):
 
 @pytest.mark.paper("E3")
 def test_log_probabilities_are_a_table_with_an_entry_for_each_component():
-    """N(0, 1) at 0 and 1: −½log 2π and ½ less; a third of three: −log 3. No sum."""
-    policy = ActionDistribution(torch.zeros(1, 2), torch.zeros(2), [torch.zeros(1, 3)])
-    entries = policy.log_probs(torch.tensor([[0.0, 1.0, 2.0]]))
-    assert entries.tolist() == [pytest.approx([-0.918939, -1.418939, -1.098612])]
+    """N(0, 1) at 0 and 1: −½log 2π and ½ less; a third of three: −log 3; three to one:
+    log ¾. No sum."""
+    branches = [torch.zeros(1, 3), torch.tensor([[0.0, math.log(3)]])]
+    policy = ActionDistribution(torch.zeros(1, 2), torch.zeros(2), branches)
+    (entries,) = policy.log_probs(torch.tensor([[0.0, 1.0, 0.0, 1.0]])).tolist()
+    assert entries == pytest.approx([-0.918939, -1.418939, -1.098612, -0.287682])
 
 
 @pytest.mark.paper("E3")
@@ -242,18 +244,20 @@ def test_without_noise_the_mean_action_is_taken():
 
 @pytest.mark.paper("E3")
 def test_noise_makes_samples_of_the_distribution():
-    """Normal numbers are scaled and shifted, Gumbel numbers pick by softmax."""
+    """Normal numbers are scaled and shifted, Gumbel numbers pick by softmax, in two
+    branches alike independently."""
     rng = np.random.default_rng(0)
     n = 20_000
     logits = torch.tensor([1.0, 0.0, -1.0])
-    noise = np.hstack([rng.standard_normal((n, 1)), rng.gumbel(size=(n, 3))])
+    noise = np.hstack([rng.standard_normal((n, 1)), rng.gumbel(size=(n, 6))])
     mean = torch.full((n, 1), 2.0)
     log_sigma = torch.tensor([math.log(3)])
-    policy = ActionDistribution(mean, log_sigma, [logits.expand(n, 3)])
-    raw, index = policy.act(torch.from_numpy(noise).float()).T
+    policy = ActionDistribution(mean, log_sigma, [logits.expand(n, 3)] * 2)
+    raw, one, other = policy.act(torch.from_numpy(noise).float()).T
     assert torch.allclose(raw, 2 + 3 * torch.from_numpy(noise[:, 0]).float())
-    odds = torch.bincount(index.long()) / n
-    assert torch.allclose(odds, logits.softmax(0), atol=0.015)
+    odds = torch.bincount(3 * one.long() + other.long()) / n
+    p = logits.softmax(0)
+    assert torch.allclose(odds, torch.outer(p, p).flatten(), atol=0.015)
 
 
 # -- Critics ------------------------------------------------------------------------

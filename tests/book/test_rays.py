@@ -182,6 +182,13 @@ def test_the_nearest_landmark_comes_first():
     assert [(hit.kind, hit.distance) for hit in met] == [("exit", 1), ("exit", 4)]
 
 
+@pytest.mark.paper("B1", "chosen")
+def test_of_two_equally_near_landmarks_the_eastern_one_comes_first():
+    """Rays are counted from there."""
+    sim = stage("E..p..E")
+    assert [*view(sim, "p").landmarks] == [mark(sim, "E2"), mark(sim, "E1")]
+
+
 # -- Flames and ranges --------------------------------------------------------------
 
 
@@ -199,6 +206,15 @@ def test_a_way_is_safe_without_flames_on_or_beside_it(north, row, safe, passable
     """Behind one's back they do not matter; beside the way one can still pass them."""
     seen = view(stage(f"###########\n{north}#..#\n{row}..E\n###########"), "p")
     assert (seen.safe(0), seen.passable(0)) == (safe, passable)
+
+
+@pytest.mark.paper("B6", "desired")
+def test_a_flame_that_is_seen_counts_though_another_is_not():
+    """One beside the way; the other one beside it, too, but behind the door."""
+    seen = view(stage("##########\n#...*.#..#\n#p....+*.E\n##########"), "p")
+    assert seen.burns([seen.place - 10 + 3])
+    assert not seen.burns([seen.place + 6])
+    assert not seen.safe(0)
 
 
 @pytest.mark.paper("B2")

@@ -62,15 +62,20 @@ def replayed(episode: Episode, environment: Environment):
 @pytest.mark.paper("C8", "D6", "E3")
 @pytest.mark.paper("E4", "deviation")
 @pytest.mark.parametrize(
-    ("seconds", "robots_go_on", "fire_goes_on"),
-    [(30, 4, True), (95, 2, False), (200, 0, False)],
-    ids=["time is up", "the last source is lit", "nobody is inside"],
+    ("people", "seconds", "robots_go_on", "fire_goes_on"),
+    [
+        ((3, 3), 30, 4, True),
+        ((0, 6), 18, 4, True),
+        ((3, 3), 95, 2, False),
+        ((3, 3), 200, 0, False),
+    ],
+    ids=["time is up", "upstairs", "the last source is lit", "nobody is inside"],
 )
 def test_a_trajectory_is_what_the_environment_says_to_its_actions(
-    seconds, robots_go_on, fire_goes_on
+    people, seconds, robots_go_on, fire_goes_on
 ):
     """Rewards, last observations, and who is cut off with something left to decide."""
-    scenario = replace(SCENARIO, time_limit=float(seconds))
+    scenario = replace(SCENARIO, people_per_floor=people, time_limit=float(seconds))
     episode = played(scenario)
     environment = Environment(building_of(TINY), scenario)
     paid, seen, cut = replayed(episode, environment)
@@ -90,7 +95,7 @@ def test_a_trajectory_is_what_the_environment_says_to_its_actions(
 
 
 @pytest.mark.paper("E6")
-def test_jobs_played_at_once_are_as_if_played_alone():
+def test_episodes_played_at_once_are_as_if_played_alone():
     """Other networks, fires and seeds beside them change nothing, to the last bit."""
     scene = replace(SCENARIO, time_limit=60.0)
     one, other = (
@@ -100,7 +105,8 @@ def test_jobs_played_at_once_are_as_if_played_alone():
         Job(TINY, scene, one, RandomFire(), seeds=(1, 2)),
         Job(TINY, scene, other, NoFire(), seeds=(3,)),
     ]
-    alone = [episode for job in jobs for episode in play(job)]
+    each = [replace(job, seeds=(seed,)) for job in jobs for seed in job.seeds]
+    alone = [episode for job in each for episode in play(job)]
     for one, other in zip(alone, play(*jobs, advance=together), strict=True):
         assert one.facts == other.facts
         assert same(vars(one.robots), vars(other.robots))

@@ -9,7 +9,17 @@ import pytest
 from alike import same
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
-from movies import built, events_of, play, play_until, shipped, stage, ticks, wait
+from movies import (
+    body,
+    built,
+    events_of,
+    play,
+    play_until,
+    shipped,
+    stage,
+    ticks,
+    wait,
+)
 from scipy.spatial.distance import pdist
 
 from reference import paper
@@ -17,6 +27,7 @@ from reference.building import Building, Kind
 from reference.fire import RandomFire
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
+from reference.walking import enter_stairs
 from reference.workshop import maps
 from reference.workshop.engine import to_the_end
 from reference.workshop.strategies import FIRES, ROBOTS
@@ -336,11 +347,13 @@ def test_everybody_begins_in_a_room_cell_of_their_own():
     assert (now.health == paper.HEALTH).all()
 
 
-def test_people_can_begin_in_rooms_by_name():
-    """As a teacher says it: twelve in the lobby."""
-    sim = run(people=12, rooms=("1/lobby",))
-    lobby = next(a.index for a in sim.building.areas if a.id == "1/lobby")
-    assert set(sim.building.area.ravel()[sim.world.bodies.place]) == {lobby}
+@pytest.mark.paper("B8")
+@pytest.mark.parametrize("rooms", [("1/lobby",), ("1/lobby", "1/store")])
+def test_people_can_begin_in_rooms_by_name(rooms):
+    """As a teacher says it: twelve in the lobby, or in the lobby and the store."""
+    sim = run(people=12, rooms=rooms)
+    areas = sim.building.area.ravel()[sim.world.bodies.place]
+    assert {sim.building.areas[index].id for index in areas} == {*rooms}
 
 
 @pytest.mark.parametrize(
@@ -376,6 +389,59 @@ def test_people_wait_on_the_stairs_until_the_entrance_is_free():
     people.pace[0] = paper.WALKING_SPEED
     play(sim, 3)
     assert people.walking[1] and people.floor[1] == 0
+
+
+FOOT = """
+    #########
+    #AA+...pE
+    #AA+...q#
+    #AA#...r#
+    #AA+....#
+    #########
+
+    #########
+    #AA+....#
+    #AA+...s#
+    #AA#....#
+    #AA+....#
+    #########
+    """
+
+
+@pytest.mark.paper("A3", "chosen")
+@pytest.mark.parametrize(("standing", "row"), [("", 1), ("p", 2), ("pq", 4)])
+def test_who_comes_down_steps_out_into_the_first_free_cell(standing, row):
+    """Of both entrances; r is out of the way."""
+    sim = stage(FOOT, still="pqr")
+    people = sim.world.bodies
+    for letter, taken in zip(standing, (1, 2), strict=False):
+        people.place[body(letter)] -= 4
+        people.position[body(letter)] = sim.building.metres(taken, 3)
+    s = body("s")
+    enter_stairs(sim.world, s, sim.building.stairwells[0].entrances[1][0])
+    people.stairs_until[s] = sim.tick
+    sim.step()
+    assert (people.walking[s], people.floor[s]) == (True, 0)
+    assert sim.building.cell(*people.position[s]) == (row, 3)
+
+
+@pytest.mark.paper("A3", "chosen")
+def test_two_who_enter_the_stairs_together_pass_every_landing_together():
+    """Three landings and 20.1 s a flight, to the tick: the second flight begins when
+    the first ends, between two ticks."""
+    floor = "#AA+.....#"
+    sim = stage("\n\n".join([floor[:-1] + "E", *3 * [floor], "#AA+.pq..#"]))
+    people = sim.world.bodies
+    people.pace[:] = 1.0
+    flight = paper.stairs_metres() / 1.0
+    assert flight % sim.tick == pytest.approx(sim.tick / 2)
+    for i in (0, 1):
+        enter_stairs(sim.world, i, sim.building.stairwells[0].entrances[4][0])
+    play_until(sim, lambda: not people.floor.any())
+    for i in (0, 1):
+        passed = [event.time for event in sim.events if event.person == i]
+        late = np.subtract(passed, flight * np.arange(1, 4))
+        assert ((late > -1e-6) & (late < sim.tick)).all()
 
 
 @pytest.mark.paper("A3", "chosen")
@@ -425,6 +491,21 @@ def test_an_exit_lets_a_limited_flow_through(frames):
         seconds.append(times[-1] - times[0])
     least = 47 / (2 * paper.DOOR_FLOW) - sim.tick
     assert 1.1 * least > seconds[0] >= least > 1.4 * seconds[1]
+
+
+@pytest.mark.paper("A5", "deviation")
+@pytest.mark.paper("A4")
+def test_two_who_pass_an_exit_in_one_tick_are_both_out_and_fill_it_twice():
+    """They leave through it side by side; two metres have room again after a while."""
+    sim = stage("####\n#p.E\n#q.E\n####", leads="pq")
+    play_until(sim, lambda: events_of(sim, Evacuated))
+    now = sim.world.time
+    assert [(e.person, e.time) for e in events_of(sim, Evacuated)] == [
+        (0, now),
+        (1, now),
+    ]
+    full = sim.full_until[0] - (now - sim.tick)
+    assert full == pytest.approx(2 / (2 * paper.DOOR_FLOW))
 
 
 @pytest.mark.paper("A5", "deviation")

@@ -4,6 +4,7 @@ import networkx as nx
 import numpy as np
 import pytest
 from conftest import ROOT
+from movies import built, stage
 
 from reference.building import (
     OUTSIDE,
@@ -13,6 +14,7 @@ from reference.building import (
     without_doors,
 )
 from reference.floorplan import parse
+from reference.navigation import navigation_of
 from reference.paper import BODY_SIZE, FLOORS, WALKING_SPEED, stairs_seconds
 from reference.workshop.maps import load, plan_of
 
@@ -48,6 +50,15 @@ def house():
 def paper():
     """The paper's building."""
     return load("paper")
+
+
+TWO_DOORS = """
+    #######
+    #..+..#
+    #..#+##
+    #.....E
+    #######
+    """
 
 
 # -- The grid -----------------------------------------------------------------------
@@ -86,6 +97,26 @@ def test_adjacent_cells_are_one_landmark_as_wide_as_they_are_many(house):
     assert (house.landmark[0, 2:4, 7] == door.index).all()
 
 
+@pytest.mark.paper("A2")
+def test_two_doors_that_only_share_a_corner_are_two():
+    """Each joins the same two rooms."""
+    one, other = built(TWO_DOORS).landmarks[:2]
+    assert (one.width, other.width) == (1, 1)
+    assert one.sides == other.sides == ("1/room-1", "1/room-2")
+
+
+@pytest.mark.paper("A3", "A4")
+def test_a_floor_may_have_two_exits_and_a_stairwell_two_entrances():
+    """All are ways out, on their floors."""
+    lower = "#AA+....E\n#AA#....#\n#AA+....E"
+    building = built(f"{lower}\n\n{lower.replace('E', '#')}")
+    below, above = building.stairwells[0].entrances.values()
+    assert len(below) == len(above) == 2
+    assert building.ways_out(0) == sorted(building.exits)
+    assert len(building.exits) == 2
+    assert building.ways_out(1) == [*above]
+
+
 @pytest.mark.paper("A3", "A4")
 def test_ways_out_are_exits_and_stairs_that_go_down(house):
     """On the lowest floor the stairs lead nowhere."""
@@ -121,6 +152,17 @@ def test_every_cell_is_found_again_from_its_metres(paper):
     for row, col in np.ndindex(paper.kind.shape[1:]):
         x, y = paper.metres(row, col)
         assert paper.cell(x + 0.49, y - 0.49) == paper.cell(x, y) == (row, col)
+
+
+@pytest.mark.paper("A8", "chosen")
+def test_a_point_where_cells_meet_lies_in_the_north_eastern_one(paper):
+    """For one point as for a crowd of them, on both sides of the origin."""
+    points = [[x, y] for x in range(-19, 20) for y in range(-19, 20)]
+    cells = [paper.cell(x, y) for x, y in points]
+    assert cells == [paper.cell(x + 0.5, y + 0.5) for x, y in points]
+    nav = navigation_of(paper)
+    places = nav.places_at(np.zeros(len(points), int), np.array(points))
+    assert places.tolist() == nav.places_of(0, np.array(cells)).tolist()
 
 
 # -- The graph ----------------------------------------------------------------------
@@ -161,6 +203,17 @@ def test_a_burnt_door_is_no_way_any_more(house):
     left = without_doors(house.graph, ["1/door-1"])
     assert not nx.has_path(left, "1/a2", OUTSIDE)
     assert nx.has_path(house.graph, "1/a2", OUTSIDE)
+
+
+@pytest.mark.paper("A6")
+@pytest.mark.parametrize(
+    ("first", "second", "way"),
+    [("+", "+", True), (":", "+", True), ("+", ":", True), (":", ":", False)],
+)
+def test_a_room_with_two_doors_is_cut_off_once_both_have_burnt(first, second, way):
+    """Whichever burns first, the other one is a way."""
+    board = TWO_DOORS.replace("#+##", f"#{second}##").replace("..+..", f"..{first}..")
+    assert nx.has_path(stage(board).world.graph, "1/room-2", OUTSIDE) is way
 
 
 def test_a_drawing_is_one_building_by_whatever_name_it_is_loaded(tmp_path):

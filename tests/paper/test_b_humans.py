@@ -44,7 +44,7 @@ from reference.paper import Scenario
 from reference.robots import followers_of
 from reference.simulation import Simulation
 from reference.view import look
-from reference.walking import free_for
+from reference.walking import free_for, targets
 from reference.workshop.engine import to_the_end
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.guides import Sweep
@@ -152,6 +152,16 @@ def test_this_exit_means_the_one_the_robot_goes_to(said, after):
     assert sets_off("E..pR............E", says=said, follows="pR") == after
 
 
+@pytest.mark.paper("B5", "Alg. 1:7-8: do what it says")
+@pytest.mark.paper("C7", "chosen")
+def test_a_follower_does_what_its_own_robot_says_though_another_is_nearer():
+    """The first says: this exit; the second, which p follows: follow me."""
+    board = "#R.p...R..E"
+    said = {"says": "R1E R2", "sight_range": 8}
+    assert sets_off(board, follows="pR2", **said) == "#R.p...!..E"
+    assert sets_off(board, follows="pR1", **said) == "#R.p...R..!"
+
+
 @pytest.mark.paper("B5", "Alg. 1:8: do what it says")
 @pytest.mark.paper("B3")
 @pytest.mark.parametrize(("heard", "row"), [("RE", "#p....!"), ("R", "#p....E")])
@@ -193,6 +203,15 @@ def test_a_follower_whose_leader_is_out_of_sight_disconnects_and_leads():
     passes = sets_off(APART, lost="pq", passes=2)
     after = APART.replace("p.....", "p....?")
     assert passes == drawn(APART) + "\nthen\n" + drawn(after)
+
+
+@pytest.mark.paper("B5", "Alg. 1:11: let go of the leader and become one")
+def test_whoever_the_lost_leader_was_is_let_go_of():
+    """Two who have lost each other both lead themselves."""
+    sim = stage(APART, lost="pq qp")
+    for who in "pq":
+        thinks(sim, who)
+        assert mode(sim, who) == "LEADER"
 
 
 @pytest.mark.paper("B5", "Alg. 1:11: let go of the leader and become one")
@@ -336,6 +355,23 @@ def test_of_two_unvisited_doors_the_nearest_is_gone_to(row, after):
     assert sets_off(board).splitlines()[2] == f"#..{after}..E"
 
 
+@pytest.mark.paper("B1")
+@pytest.mark.paper("B6", "desired, chosen")
+@pytest.mark.parametrize("flame", [".", "*"])
+def test_a_wide_door_is_as_near_as_its_nearest_cell(flame):
+    """And the way there leads to that cell, not past a flame to another."""
+    board = f"""
+        ############
+        #..........#
+        ####+++++###
+        #.+.p..{flame}.#.E
+        ############
+        """
+    assert sets_off(board) == drawn(board).replace("+++++", "!!!!!")
+    sim = stage(board)
+    assert view(sim, "p").landmarks[mark(sim, "+1")].distance == 1
+
+
 @pytest.mark.paper("B6", "Alg. 2:13-14: if a direction in view is unexplored")
 def test_an_unvisited_door_comes_before_an_unexplored_direction():
     """The door is not desired, beside a flame as it is; and the west lies open."""
@@ -405,10 +441,31 @@ def test_who_means_to_pass_a_door_gets_stuck_before_it_too():
 
 @pytest.mark.paper("B5", "stuck, chosen")
 def test_who_follows_gets_stuck_before_flames_and_passes_them():
-    """The goal is the leader, not the next cell on the way, which is near."""
-    sim = stage("#p.*.R..E", follows="pR")
-    assert play(sim, paper.STUCK_SECONDS) == "#.p*.R..E"
-    assert play(sim, 6) == "#..*.p..E"
+    """The goal is the leader, not the next cell on the way, which is near; q is there
+    already, and content."""
+    sim = stage("#p.*.R.q.E", follows="pR qR")
+    assert play(sim, paper.STUCK_SECONDS) == "#.p*.q...E"
+    assert play(sim, 6) == "#..*pq...E"
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_one_who_walks_on_does_not_keep_another_from_being_stuck():
+    """q gets out; p does not move."""
+    board = "#############\n#p..........E\n#q..........E\n#############"
+    sim = stage(board, still="p", sight_range=12)
+    play(sim, paper.STUCK_SECONDS + 1)
+    assert (sim.world.bodies.reckless_until > sim.world.time).tolist() == [True, False]
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_all_who_are_held_up_plan_again_from_cell_to_cell():
+    """p and q; r, who got ahead just now, walks straight on to where they all go."""
+    sim = stage("#p....q....r....E")
+    bodies = sim.world.bodies
+    bodies.target[:] = sim.building.metres(1, 15)
+    bodies.anchor_time[:2] = -paper.DETOUR_SECONDS - 0.1
+    found = targets(sim.world, np.arange(3))
+    assert [sim.building.cell(*metres) for metres in found] == [(1, 2), (1, 7), (1, 15)]
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
@@ -488,6 +545,18 @@ def test_through_a_destroyed_door_one_sees_people_and_doors(door):
 
 @pytest.mark.paper("A6", "chosen")
 @pytest.mark.paper("B6", "desired, chosen")
+def test_through_two_destroyed_doors_in_a_row_one_sees_what_is_behind_both():
+    """p sees q, and goes to the door in the third room."""
+    board = "#p:.:q+.E"
+    assert sets_off(board) == "#p:.:q!.E"
+    seen = view(stage(board), "p")
+    assert [*seen.landmarks] == [mark(stage(board), "+3")]
+    assert [*seen.bodies] == [body("q")]
+    assert seen.burnt == stage(board).world.burnt
+
+
+@pytest.mark.paper("A6", "chosen")
+@pytest.mark.paper("B6", "desired, chosen")
 def test_who_stands_in_a_door_that_burns_down_wants_it_no_more():
     """p has set off to it, and looks for another way out of the hole."""
     sim = stage("#p..+.........+.E", leads="p")
@@ -523,10 +592,10 @@ def test_a_way_through_flames_is_not_gone():
 
 
 @pytest.mark.paper("B6", "hysteresis, chosen")
-@pytest.mark.parametrize(("metres_nearer", "kept"), [(2, True), (4, False)])
+@pytest.mark.parametrize(("metres_nearer", "kept"), [(2, True), (3, False)])
 def test_a_goal_is_kept_until_another_is_much_nearer(metres_nearer, kept):
-    """GOAL_HYSTERESIS lies between the two cases."""
-    assert 2 < paper.GOAL_HYSTERESIS < 4
+    """Nearer by GOAL_HYSTERESIS is enough."""
+    assert paper.GOAL_HYSTERESIS == 3
     far = "." * metres_nearer
     sim = stage(f"#..+.p.{far}+..E", sight_range=9, leads="p")
     near = mark(sim, Kind.DOOR)
@@ -580,6 +649,13 @@ def test_a_human_leads_only_so_many(places_left):
     to_leader = f"#p{others}!...+...E"
     to_door = f"#p{others}{leader}...!...E"
     assert after == (to_leader if places_left else to_door)
+
+
+@pytest.mark.paper("B6", "suitable, chosen")
+def test_if_the_first_leader_has_enough_followers_the_second_is_followed():
+    """w outranks v, but five follow w already."""
+    said = {"leads": "pvw", "follows": "qw rw sw tw uw", "sight_range": 15}
+    assert sets_off("#pqrstuvw...+...E", **said) == "#pqrstu!w...+...E"
 
 
 @pytest.mark.paper("B3")
@@ -708,14 +784,18 @@ def test_who_turns_back_in_a_door_leaves_it():
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 def test_a_burnt_door_is_no_way_back():
-    """The one before it is tried."""
+    """The one before it is tried; nor are two."""
     board = "#.p.:...+..........E"
     assert sets_off(board, visited="+2 +1") == "#.p.:...!..........E"
+    board = "#.p.:.:.+..........E"
+    assert sets_off(board, visited="+3 +2 +1") == "#.p.:.:.!..........E"
+    assert sets_off(board, visited="+3 +1 +2") == "#.p.:.:.!..........E"
 
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
-    """Into the niche that p has passed; nothing is forgotten."""
+    """Into the niche that p has passed; nothing is forgotten, and where p stands for
+    the second time it was last."""
     board = """
         ############
         #.....p....#
@@ -728,7 +808,7 @@ def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
     me = mind(sim, "p")
     p = int(sim.world.bodies.place[0])
     me.patches.update(sim.sight.patches.tolist())
-    me.been = dict.fromkeys(range(p + 4, p, -1))
+    me.been = dict.fromkeys([p, *range(p + 4, p, -1)])
     patches = set(me.patches)
     assert decide(sim, "p").place < p
     assert me.patches == patches
@@ -981,6 +1061,14 @@ def test_out_of_a_stairwell_people_are_leaders_who_remember_one_entrance():
 
 
 # -- What nobody knows --------------------------------------------------------------
+
+
+@pytest.mark.paper("B3")
+def test_who_look_at_once_see_each_other_and_nobody_sees_themselves():
+    """p, q and r in a row, all three about to think."""
+    sim = stage("#pqr..E")
+    seen = look(sim.world, sim.sight, np.arange(3))
+    assert [sorted(one.bodies) for one in seen] == [[1, 2], [0, 2], [0, 1]]
 
 
 @pytest.mark.paper("B3")

@@ -9,12 +9,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from movies import (
+    beside,
     body,
     events_of,
     mark,
     mind,
     play,
     play_until,
+    remembers,
     shipped,
     show,
     stage,
@@ -76,6 +78,16 @@ def test_everybody_looks_before_anybody_decides():
     assert sim.world.bodies.landmark[body("p")] == mark(sim, Kind.DOOR)
     assert mind(sim, "q").leader == NOBODY
     play_until(sim, lambda: mind(sim, "q").leader == body("p"), seconds=1)
+
+
+@pytest.mark.paper("B4")
+def test_all_who_have_decided_set_off():
+    """p, q and r, in the same tick: each has another exit in view."""
+    wall = "########"
+    board = f"{wall}\n#p.....E\n{wall}\n#q..E###\n{wall}\n#r...E##\n{wall}"
+    sim = stage(board, leads="pqr", sight_range=8)
+    sim.step()
+    assert sim.world.bodies.landmark.tolist() == [mark(sim, f"E{k}") for k in (1, 2, 3)]
 
 
 @pytest.mark.paper("B4")
@@ -225,14 +237,26 @@ def test_flames_move_on_once_a_second():
 # -- SETTLE -------------------------------------------------------------------------
 
 
+@pytest.mark.paper("B4", "chosen")
+def test_people_take_turns_in_thinking():
+    """All in the first tick; then one third in each, unless something happens."""
+    sim = stage("#pqrst....E", still="pqrst", leads="pqrst")
+    turns = []
+    for _ in range(6):
+        turns.append("".join("pqrst"[i] for i in np.flatnonzero(sim.due)))
+        sim.step()
+    assert turns == ["pqrst", "qt", "r", "ps", "qt", "r"]
+
+
 @pytest.mark.paper("B7")
 def test_health_falls_before_deaths_are_settled():
-    """Who has less than a tick's loss left dies in this tick, not in the next."""
-    sim = stage("#p.....E", health={"p": LOSS / 2})
-    assert [type(event) for event in sim.step()] == [Died]
-    assert sim.world.bodies.fate[0] == Fate.DEAD
-    assert sim.world.bodies.health[0] == 0
-    assert show(sim) == "#x.....E"
+    """Who has less than a tick's loss left dies in this tick, not in the next; so do
+    two of them."""
+    sim = stage("#p.q.r..E", health={"p": LOSS / 2, "r": LOSS / 2})
+    assert [type(event) for event in sim.step()] == [Died, Died]
+    assert sim.world.bodies.fate.tolist() == [Fate.DEAD, Fate.INSIDE, Fate.DEAD]
+    assert sim.world.bodies.health[[0, 2]].tolist() == [0, 0]
+    assert show(sim) == "#x.q.x..E"
 
 
 @pytest.mark.paper("B7", "A4")
@@ -254,6 +278,22 @@ def test_a_door_fires_once_for_who_walks_through_it():
     sim = stage("#..+.p.........E", leads="p")
     assert play(sim, 2.6) == "#.p+...........E"
     assert thinks(sim) == "#.p!...........E"
+
+
+@pytest.mark.paper("A5")
+def test_a_wide_door_fires_once_for_who_walks_from_one_of_its_cells_to_the_next():
+    """p crosses it askew, after q: it is one door, passed once, and the way back."""
+    board, enters, leaves, after = beside("""
+        ######    ######    ######    ######
+        #p...#    #....#    #....#    #....#
+        #++++#    #+p++#    #++p+#    #1111#
+        #...q#    #...q#    #...q#    #...q#
+        ##E###    ##E###    ##E###    ##E###
+        """)
+    sim = stage(board, follows="pq", still="q")
+    play_until(sim, lambda: show(sim) == enters)
+    play_until(sim, lambda: show(sim) == leaves)
+    assert remembers(sim) == after
 
 
 @pytest.mark.paper("A5")

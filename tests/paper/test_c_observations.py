@@ -160,13 +160,15 @@ def test_a_change_in_the_world_changes_exactly_its_numbers():
 
 @pytest.mark.paper("C1")
 def test_fire_sources_come_in_the_order_of_lighting():
-    """Wherever they are: the first one lit is on the floor above the second."""
+    """Wherever they are: the second one lit is on the floor below the others. So many
+    are on each floor."""
     sim = scene()
-    lit = [FireLit(10.0, 1, 2.5, -3.5), FireLit(35.0, 0, -8.5, 15.5)]
-    sim.world.flames.sources.extend(lit)
+    spots = [(1, 2.5, -3.5), (0, -8.5, 15.5), (1, 4.5, 6.5)]
+    sim.world.flames.sources.extend(FireLit(10.0, *spot) for spot in spots)
     fires = decoded(sim).fires
-    assert fires[:2].tolist() == [[2.5, -3.5, 1], [-8.5, 15.5, 0]]
-    assert (fires[2:] == paper.ABSENT_POINT).all()
+    assert fires[:3].tolist() == [[x, y, floor] for floor, x, y in spots]
+    assert (fires[3:] == paper.ABSENT_POINT).all()
+    assert decoded(sim).fires_per_floor[:, 0].tolist() == [1, 2, 0]
 
 
 @pytest.mark.paper("D1", "C1")
@@ -179,6 +181,21 @@ def test_the_number_of_robots_at_work_in_the_team_is_there():
     sim.world.bodies.fate[sim.world.bodies.floor == 2] = Fate.EVACUATED
     assert vectors(sim)[:, place].tolist() == [3] * 6 + [0] * 3
     assert fire_vector(sim)[place] == 6
+
+
+@pytest.mark.paper("C1", "D1")
+@pytest.mark.paper("C8")
+def test_worlds_observed_at_once_are_observed_as_if_alone():
+    """Their people, robots at work, fires and times are their own."""
+    sims = [scene(), scene(seconds=30), scene(seconds=30)]
+    bodies = sims[2].world.bodies
+    bodies.fate[bodies.floor > 0] = Fate.EVACUATED
+    worlds = [sim.world for sim in sims]
+    layout = observations.vector_layout(sims[0].building, sims[0].scenario)
+    for observed in (observations.robot_vectors, observations.fire_vectors):
+        alone = [observed([world], layout)[0] for world in worlds]
+        assert not np.array_equal(alone[1], alone[2])
+        assert np.array_equal(observed(worlds, layout), alone)
 
 
 # -- Who is gone --------------------------------------------------------------------
@@ -309,13 +326,17 @@ def test_a_scaled_vector_lies_between_its_bounds(name):
 
 
 @pytest.mark.paper("C5", "D2")
-def test_actions_are_in_coordinates_of_the_main_body():
-    """Its corners are at 1 and -1."""
-    building = shipped("paper")
-    corner = np.array([[20.0, -20.0], [0.0, 0.0]])
-    spots = to_normalised(building, corner)
-    assert spots.tolist() == [[1, -1], [0, 0]]
-    assert from_normalised(building, spots).tolist() == corner.tolist()
+@pytest.mark.parametrize("name", ["paper", "tiny"])
+def test_actions_are_in_coordinates_of_the_main_body(name):
+    """Its corners are at 1 and -1; not all bodies are as long as they are wide."""
+    building = shipped(name)
+    left, bottom, right, top = building.body
+    assert (name == "paper") == (right - left == top - bottom)
+    middle = [(left + right) / 2, (bottom + top) / 2]
+    points = np.array([[right, bottom], middle, [left, top]])
+    spots = to_normalised(building, points)
+    assert spots == pytest.approx(np.array([[1, -1], [0, 0], [-1, 1]]))
+    assert from_normalised(building, spots) == pytest.approx(points)
 
 
 # -- The grid -----------------------------------------------------------------------

@@ -113,6 +113,16 @@ def test_a_crowd_may_be_farther_behind_than_one_follower():
 
 
 @pytest.mark.paper("C7", "Alg. 3:2, chosen: help people out")
+def test_a_robot_waits_for_its_own_followers_alone():
+    """q, who follows the second one, is far from both."""
+    sim = stage("#pR...q......R..E", still="pq", follows="pR1 qR2")
+    for robot in sim.world.robots:
+        robot.way = [robot.place + 1]
+    speeds = [speed_while_leading(robot, sim.world) for robot in sim.world.robots]
+    assert speeds == [ROBOT_SPEED, 0]
+
+
+@pytest.mark.paper("C7", "Alg. 3:2, chosen: help people out")
 def test_a_robot_does_not_wait_beside_a_door():
     """There its followers would stand in the doorway; it goes on, and waits beyond."""
     board = "#p..R+.....1.E"
@@ -132,6 +142,17 @@ def test_a_decision_updates_destination_and_instruction():
         told.append(sim.world.robots[1].says)
     assert rows == ["#R2+......p#", "#AA+....R2p#"]
     assert told == [mark(sim, "+2"), NOWHERE]
+
+
+@pytest.mark.paper("C7", "Alg. 3:4: take the decision as the new destination")
+def test_a_second_decision_replaces_the_first_one_on_the_way_there():
+    """The robot turns round in the middle of the corridor, and does not come back."""
+    board = "#....R...........pE"
+    there, back = (built(board).metres(1, col) for col in (14, 2))
+    sim = stage(board, Script(there, back), decision_seconds=2, still="p")
+    assert play(sim, 2) == "#.......R........pE"
+    assert play(sim, 2) == "#....R...........pE"
+    assert play(sim, 6) == "#.R..............pE"
 
 
 @pytest.mark.paper("C7", "Alg. 3:6-7: walk on towards the destination")
@@ -326,6 +347,18 @@ def test_a_robot_leads_around_flames_where_it_can(flame, passes):
 
 
 @pytest.mark.paper("C5", "chosen")
+def test_a_robot_goes_straight_though_it_burns_on_another_floor():
+    """Around flames of its own floor it goes from cell to cell."""
+    lower = "#######\n#R....#\n#..*..#\n#....1E\n#p....#\n#######"
+    upper = lower.replace("1E", "2#").replace("*", ".")
+    sim = stage(f"{lower}\n\n{upper}", still="pq")
+    sim.step()
+    below, above = sim.world.robots
+    assert len(above.way) == 1
+    assert len(below.way) > 3
+
+
+@pytest.mark.paper("C5", "chosen")
 def test_a_metre_in_flames_counts_more_than_one_beside_them():
     """The robot takes the longer way, beside two flames instead of through one."""
     board, after = beside("""
@@ -374,6 +407,20 @@ def test_none_means_that_there_are_no_robots():
     assert [robot.floor for robot in robots] == [0, 0, 1, 1, 2, 2]
     north = [bool(robot.position[1] > 0) for robot in robots]
     assert north == [False, True] * 3
+
+
+@pytest.mark.paper("C2", "chosen")
+@pytest.mark.parametrize(
+    ("board", "cols"),
+    [("#AA+...+BB#\n\n#AA+...+BB#", [1, 8, 1]), ("#...+...E", [2, 6, 2])],
+    ids=["stairwells", "rooms"],
+)
+def test_a_third_robot_begins_where_the_first_one_does(board, cols):
+    """At the stairwells in turn; on a floor without, in its rooms in turn."""
+    scene = Scenario(people=1, robots_per_floor=3)
+    robots = Simulation(built(board), scene, Sweep()).world.robots
+    found = [built(board).cell(*robot.position)[1] for robot in robots]
+    assert found == cols * built(board).floors
 
 
 @pytest.mark.paper("C5")

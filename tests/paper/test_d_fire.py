@@ -18,6 +18,7 @@ from movies import (
     found,
     later,
     mark,
+    nth,
     play,
     shipped,
     show,
@@ -80,17 +81,17 @@ BOARD = """
        ####################
     ####......p...#.......#
     #AA+......*.R.+.......E
-    ####..........#.......#
+    ####........,.#.......#
        ####################
 
        ####################
     ####..........#.......#
-    #AA+........R.+.......#
+    #AA+........R.+...q...#
     ####..........#.......#
        ####################
     """
-OCCUPIED = [*"#A+E*Rp", "door", "protected", "outside"]
-"""Signs of places on BOARD where no source may be, and three more such places."""
+OCCUPIED = [*"#A+E*,Rpq", "R2", "door", "protected", "outside"]
+"""Signs of places on BOARD where no source may be, and four more such places."""
 
 
 def generated(sim, decision, rng):
@@ -105,7 +106,8 @@ def spot(sim, what):
         return (0, 99.5, 0.5)
     if what == "door":
         return (0, *sim.building.landmarks[mark(sim, Kind.DOOR)].position)
-    floor, row, col = found(split(BOARD), "E" if what == "protected" else what)[0]
+    sign = "E" if what == "protected" else what
+    floor, row, col = found(split(BOARD), sign[0])[nth(sign) - 1]
     if what == "protected":
         col -= paper.PROTECTED_METRES
     return (floor, *sim.building.metres(row, col))
@@ -114,7 +116,8 @@ def spot(sim, what):
 @pytest.mark.paper("D6")
 @pytest.mark.parametrize("what", OCCUPIED)
 def test_refuses_an_occupied_place_in_training(what):
-    """No fire in walls, in ways and near them, nor where it burns or a body stands."""
+    """No fire in walls, in ways and near them, nor where it burns or has burnt, nor
+    where anybody stands."""
     sim = stage(BOARD, training=True)
     where = spot(sim, what)
     assert generated(sim, where, sim.rng["fire"]) == FireRefused(0.0, *where)
@@ -397,6 +400,38 @@ def test_flames_hurt_and_so_does_standing_beside_them():
     assert not sim.world.flames.harm[0, [0, 2]].any()
 
 
+@pytest.mark.paper("B7")
+def test_everybody_loses_what_their_own_place_costs():
+    """p stands beside the flame, q farther away."""
+    sim = stage("#..*p..q..E", still="pq")
+    sim.step()
+    everywhere = paper.HEALTH_RATE * paper.FRAMES_PER_TICK
+    lost = paper.HEALTH - sim.world.bodies.health
+    beside_it = everywhere + paper.HEAT_LOSS * sim.tick
+    assert lost == pytest.approx([beside_it, everywhere])
+
+
+@pytest.mark.paper("B7")
+@pytest.mark.paper("C5", "chosen")
+def test_two_flames_side_by_side_are_no_hotter_than_one():
+    """h: beside flames, in all four directions, not where only corners meet. A metre
+    there counts as 4 for robots, and as 50 in flames."""
+    board = """
+        #########
+        #..hh...#
+        #.h**h..#
+        #..h*h..#
+        #...h...E
+        #########
+        """
+    flames = stage(board.replace("h", ".")).world.flames
+    harm = {"*": paper.BURN_LOSS, "h": paper.HEAT_LOSS}
+    cost = {"*": paper.BURN_COST, "h": paper.HEAT_COST}
+    for row, signs in enumerate(drawn(board).splitlines()):
+        assert flames.harm[0, row].tolist() == [harm.get(sign, 0) for sign in signs]
+        assert flames.cost[0, row].tolist() == [cost.get(sign, 1) for sign in signs]
+
+
 # -- Doors --------------------------------------------------------------------------
 
 
@@ -420,6 +455,24 @@ def test_entrances_and_exits_are_not_regular_doors_and_do_not_burn():
     """Flames stand beside all three; only the door in the middle is destroyed."""
     board = "#AA+*p....*+..*E\n\n#AA+...........#"
     assert later(board, 3, still="p") == "#AA+*p....*:..*E\n\n#AA+...........#"
+
+
+@pytest.mark.paper("A6")
+def test_four_doors_around_one_flame_are_destroyed_at_once():
+    """In the same second, on all its sides; the fifth is a metre farther away."""
+    board, after = beside("""
+        ##########    ##########
+        #.......p#    #.......p#
+        #.##+#####    #.##:#####
+        #.#+*+.+.#    #.#:*:.+.#
+        #.##+#####    #.##:#####
+        #........E    #........E
+        ##########    ##########
+        """)
+    sim = stage(board, still="p")
+    assert play(sim, paper.FLAME_SECONDS) == after
+    times = [event.time for event in events_of(sim, DoorBurnt)]
+    assert times == [paper.FLAME_SECONDS] * 4
 
 
 # -- Strategies ---------------------------------------------------------------------

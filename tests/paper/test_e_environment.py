@@ -5,11 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from alike import same
-from movies import events_of, shipped, turns
+from movies import built, events_of, shipped, turns
 
 from reference.fire import RandomFire
 from reference.game import observations
-from reference.game.environment import FIRE, Environment
+from reference.game.environment import FIRE, Environment, fire_decision
 from reference.paper import Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
@@ -250,6 +250,24 @@ def test_the_fires_first_number_is_the_floor(number, floor):
         environment.step(actions | {FIRE: [number, 0.0, 0.0]})
     (event,) = asked(environment)
     assert (event.floor, event.x, event.y) == (floor, 0.5, 0.5)
+
+
+@pytest.mark.paper("D2", "deviation")
+@pytest.mark.parametrize("storeys", range(1, 9))
+def test_a_floor_s_share_goes_from_its_lower_edge_up_to_the_next_floor_s(storeys):
+    """All shares are equal, however many there are; the last one has both edges."""
+    building = built("\n\n".join(["#....E"] * storeys))
+
+    def floor(number):
+        chosen, _, _ = fire_decision(building, np.array([number, 0.0, 0.0]))
+        return chosen
+
+    edges = 2 * np.arange(1, storeys) / storeys - 1
+    assert [floor(edge - 1e-9) for edge in edges] == list(range(storeys - 1))
+    assert [floor(edge + 1e-9) for edge in edges] == list(range(1, storeys))
+    assert (floor(-1.0), floor(1.0)) == (0, storeys - 1)
+    if storeys <= 5:  # with six -2/3 is rounded up
+        assert [floor(edge) for edge in edges] == list(range(1, storeys))
 
 
 def test_a_fire_without_sources_never_acts_again():

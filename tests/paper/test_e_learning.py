@@ -65,6 +65,24 @@ def test_each_robot_draws_noise_of_its_own(played):
     assert len(np.unique(noise.round(6))) == noise.size
 
 
+@pytest.mark.paper("E3", "E6")
+def test_the_fire_draws_other_noise_than_the_robots():
+    """Though an episode has one seed: its first two numbers and those of robot 0."""
+    learners = {
+        side: learner_for(side, TINY, SCENE, settings("ppo", **SMALL), 1)
+        for side in ("robots", "fire")
+    }
+    players = {side: player_of(learner) for side, learner in learners.items()}
+    (episode,) = play(Job(TINY, SCENE, **players, seeds=(1,)))
+    noise = []
+    for side, learner in learners.items():
+        t = getattr(episode, side)
+        seen = torch.from_numpy(t.vectors[:1]), torch.from_numpy(t.grids[:1])
+        mean = learner.actor(*seen).act().detach().numpy()
+        noise.append((t.actions[:1] - mean)[0, 0, :2])
+    assert not np.isclose(*noise, atol=1e-3).any()
+
+
 @pytest.mark.paper("E3")
 def test_a_side_learns_from_all_episodes_once_its_buffer_is_full():
     """Nothing changes with 4 or 8 decisions of 8; the ninth and all before it count."""

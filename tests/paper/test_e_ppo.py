@@ -162,6 +162,7 @@ def test_a_trajectory_goes_on_from_a_value_unless_the_agent_is_done(
 @pytest.mark.paper("E4", "deviation")
 @pytest.mark.paper("E1", "Tab. I")
 @pytest.mark.paper("E2", "Tab. II")
+@pytest.mark.paper("E3")
 def test_rewards_are_scaled_before_anything_is_learnt_from_them():
     """By `reward_scale`, ours, and `strength`, the original's."""
     t = life("#", sizes=MIXED, rewards=np.array([300.0]))
@@ -174,15 +175,17 @@ def test_rewards_are_scaled_before_anything_is_learnt_from_them():
 
 @pytest.mark.paper("E4")
 def test_both_networks_normalise_with_what_the_live_agents_saw():
-    """Before values are computed; neither the absent nor a last observation count."""
+    """In both episodes, before values are computed; neither the absent nor a last
+    observation count."""
     learner = made(normalize=True)
     t = life("###", "#..", sizes=MIXED)
-    learner.add([t])
-    live = t.vectors[:-1][t.alive[:-1]]
-    counted = np.vstack([np.zeros(MIXED.vector), live])  # the first count is of zeros
+    second = life("##", "##", sizes=MIXED, seed=1)
+    learner.add([t, second])
+    live = [one.vectors[:-1][one.alive[:-1]] for one in (t, second)]
+    counted = np.vstack([np.zeros(MIXED.vector), *live])  # the first count is of zeros
     for network in (learner.actor, learner.critic):
         normaliser = network.body.encoder.normaliser
-        assert normaliser.count == 5
+        assert normaliser.count == len(counted) == 9
         assert normaliser.mean.numpy() == pytest.approx(counted.mean(axis=0), abs=1e-6)
     part = learner.buffer[0]
     vectors = torch.from_numpy(t.vectors[:-1])
@@ -210,8 +213,11 @@ def watched(*agents, **changes):
 
 @pytest.mark.paper("E3")
 def test_an_update_goes_num_epoch_times_through_whole_minibatches():
-    """Eleven rows in fours, three epochs: six steps, and the buffer is empty."""
-    learner, _, _ = watched("#" * 11, num_epoch=3)
+    """Eleven rows of two episodes in fours, three epochs: six steps, and the buffer is
+    empty."""
+    learner = Watched(settings("ppo", num_epoch=3), MIXED, 0)
+    learner.add([life("#" * 6, sizes=MIXED), life("#" * 5, sizes=MIXED, seed=1)])
+    learner.update()
     assert [len(batch) for batch, *_ in learner.seen] == [4] * 6
     assert not learner.buffer and not learner.full
     step = learner.optimiser.state_dict()["state"][0]["step"]

@@ -48,6 +48,7 @@ def test_who_leaves_a_floor_alive_pays_their_health_and_at_the_exit_a_fixed_rewa
 
 
 @pytest.mark.paper("E5")
+@pytest.mark.paper("F8", "F5")
 def test_the_reward_belongs_to_the_group():
     """It is a sum over everybody's events, in any order."""
     events = [*OUT, Died(50.0, 1, 2)]

@@ -121,6 +121,14 @@ def test_the_procedure_reproduces_the_papers_constants():
 
 
 @pytest.mark.paper("F12")
+def test_all_cases_of_a_baseline_score_one_on_average():
+    """Not the first of them alone."""
+    cases = [HARD, (0.0, 1000.0), (12_000.0, 0.0)]
+    ruler = calibrate(*POINTS, (EASY, HARD), cases)
+    assert np.mean([ruler.score(*case) for case in cases]) == pytest.approx(1)
+
+
+@pytest.mark.paper("F12")
 def test_runs_of_a_baseline_make_a_ruler():
     """Their easiest and hardest third score alike, all of them together 1."""
     rewards, difficulties = baseline(90)
@@ -171,6 +179,7 @@ def test_more_reward_and_more_difficulty_never_score_less(R_1, R_2, h_1, h_2):
 # -- Limits -------------------------------------------------------------------------
 
 
+@pytest.mark.paper("F1", "chosen")
 @pytest.mark.parametrize("reward", [73_000, 1e308, float("inf")])
 def test_refuses_rewards_that_lie_off_the_ruler(reward):
     """Forty people earn 16000 at most; who has more of them calibrates anew."""
