@@ -15,7 +15,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from movies import shipped
-from pages import overlaps, writing
+from pages import overlaps, to_lab, writing
 from PIL import Image, ImageSequence
 
 from reference.building import Building, Kind
@@ -324,13 +324,6 @@ def test_colour_blind_readers_can_tell_everything_apart(dark):
 PROTANOPE = ((0.152, 1.053, -0.205), (0.115, 0.786, 0.099), (-0.004, -0.048, 1.052))
 DEUTERANOPE = ((0.367, 0.861, -0.228), (0.280, 0.673, 0.047), (-0.012, 0.043, 0.969))
 TRITANOPE = ((1.256, -0.077, -0.179), (-0.078, 0.931, 0.148), (0.005, 0.691, 0.304))
-
-
-def to_lab(light):
-    """(k, 3) linear red, green, blue -> CIE L*a*b*."""
-    to_xyz = [(0.412, 0.358, 0.180), (0.213, 0.715, 0.072), (0.019, 0.119, 0.950)]
-    x, y, z = np.cbrt(light @ np.array(to_xyz).T / (0.950, 1.0, 1.089)).T
-    return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1)
 
 
 # -- Films --------------------------------------------------------------------------
