@@ -17,6 +17,7 @@ from matplotlib.colors import to_rgb
 from movies import shipped
 from pages import overlaps, to_lab, writing
 from PIL import Image, ImageSequence
+from scipy.spatial import KDTree
 
 from reference.building import Building, Kind
 from reference.fire import NoFire, RandomFire
@@ -24,7 +25,7 @@ from reference.paper import InputError, Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop import drawing
-from reference.workshop.drawing import film, web_film
+from reference.workshop.drawing import film, plans, web_film
 from reference.workshop.drawing.evacuation import (
     CURVES,
     INKS,
@@ -146,6 +147,44 @@ def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall():
     exits = sum(mark.kind is Kind.EXIT for mark in institute.landmarks)
     assert set(+starts) == {mark.position for mark in institute.landmarks}
     assert starts.total() == 2 * len(institute.landmarks) - exits
+
+
+def test_a_line_beside_another_keeps_its_ends_and_its_distance():
+    """To the left as one walks: round a corner, and straight on."""
+    way = np.array([[0, 0], [0, 4], [3, 4], [5, 4], [5, 5]], float).T
+    moved = plans.beside(way, 0.2).T.tolist()
+    assert moved == [[0, 0], [-0.2, 4.2], [3, 4.2], [4.8, 4.2], [5, 5]]
+
+
+def spread(way, step=0.05):
+    """Points along a line, (k, 2), but for its first and last piece."""
+    inner = way[1:-1]
+    pieces = [
+        np.linspace(start, end, int(np.hypot(*(end - start)) / step), endpoint=False)
+        for start, end in pairwise(inner)
+    ]
+    return np.concatenate([np.empty((0, 2)), *pieces])
+
+
+@pytest.mark.parametrize("name", ["tower", "paper", "school", "maze"])
+def test_no_way_of_the_graph_hides_one_of_another_kind(name):
+    """They may cross, but do not lie on each other: exits do not vanish."""
+    compared = 0
+    for axes in drawn("graph", name).axes:
+        by_colour = {}
+        for line in axes.lines:
+            if len(line.get_xydata()) > 1:
+                spots = spread(line.get_xydata())
+                by_colour.setdefault(line.get_color(), []).append(spots)
+        kinds = {colour: np.concatenate(ways) for colour, ways in by_colour.items()}
+        for colour, spots in kinds.items():
+            others = [kinds[other] for other in kinds if other != colour]
+            other = np.concatenate([np.empty((0, 2)), *others])
+            if len(spots) and len(other):
+                nearest, _ = KDTree(other).query(spots)
+                assert (nearest < 0.1).mean() < 0.1
+                compared += 1
+    assert compared or name != "tower"
 
 
 @pytest.mark.paper("A8", "Fig. 1")

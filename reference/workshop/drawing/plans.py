@@ -32,6 +32,11 @@ WAYS: dict[Kind, Style] = {
 }
 """Edges of the graph: a mark at the door, lines to the rooms on its sides."""
 
+LANES = {Kind.DOOR: 0, Kind.ENTRANCE: 1, Kind.EXIT: -1}
+"""Where ways of a kind run beside those of others that go the same way."""
+LANE = 2.0  # points from one to the next
+WIDEST_LANE = 0.3  # metres: lines stay in the cells that one walks in
+
 NODES: dict[str, Style] = {
     "room": {"ls": "", "marker": "o", "ms": 7, "color": page.TEXT, "mfc": "white"},
     "stairwell": {"ls": "", "marker": "s", "ms": 12, "color": COLOURS[Kind.ENTRANCE]},
@@ -53,7 +58,8 @@ def top(building: Building, floor: int | None = None) -> Picture:
 def graph(building: Building) -> Figure:
     """Draw the graph over the floors: rooms are nodes, ways through are edges [A2].
 
-    A node stands in the widest part of its room; lines lead to its doors as one walks.
+    A node stands in the widest part of its room; lines lead to its doors as one walks,
+    those of doors, entrances and exits beside each other.
     """
     title = f"{building.title}: the graph"
     figure, panels = page.floor_page(building, title, range(building.floors), 0.28)
@@ -67,10 +73,13 @@ def graph(building: Building) -> Figure:
         mark = building.landmark_of.get(key)
         if mark is None:  # stairs
             continue
+        axes = panels[mark.floor]
+        lane = min(LANE / points_per_metre(axes), WIDEST_LANE)
         for side in sides:
             if side in building.area_of:  # the outside is no room
-                x, y = _way_from(mark, building.area_of[side], building)
-                panels[mark.floor].plot(x, y, **WAYS[mark.kind], markevery=[0])
+                way = _way_from(mark, building.area_of[side], building)
+                x, y = beside(way, lane * LANES[mark.kind])
+                axes.plot(x, y, **WAYS[mark.kind], markevery=[0])
     for area in building.areas:
         axes = panels[area.floor]
         axes.plot(*node_of(building, area), **NODES[area.kind])
@@ -90,6 +99,21 @@ def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:
     chain = [start, *nav.way(start, door, costs)]
     corners = nav.centres[nav.corners(chain)]
     return np.vstack([node, corners, mark.position])[::-1].T
+
+
+def beside(way: np.ndarray, metres: float) -> np.ndarray:
+    """Move a line to its left, as one walks along it; its ends stay; all (2, k).
+
+    Corners are cut off where they would be farther out than a right angle's.
+    """
+    forward = np.diff(way)
+    forward = forward / np.hypot(*forward)
+    left = np.stack([-forward[1], forward[0]])
+    before, after = left[:, :-1], left[:, 1:]
+    turn = np.maximum(1 + (before * after).sum(axis=0), 1.0)  # 1 at a right angle
+    moved = way.copy()
+    moved[:, 1:-1] += metres * (before + after) / turn
+    return moved
 
 
 # -- Names that fit into their rooms ------------------------------------------------
