@@ -34,8 +34,8 @@ from reference.workshop.drawing.evacuation import (
     TRAIL_SECONDS,
     Scene,
 )
-from reference.workshop.drawing.page import COLOURS, MEANINGS, sheet
-from reference.workshop.drawing.relief import SOLID, add_boxes, project
+from reference.workshop.drawing.page import COLOURS, MEANINGS, extent_of, sheet
+from reference.workshop.drawing.relief import SOLID, add_boxes, lift_of, project
 from reference.workshop.maps import find_map, plan_of
 from reference.workshop.strategies.guides import Sweep
 from reference.world import Fate, Mode
@@ -198,6 +198,31 @@ def test_what_is_nearer_is_painted_later():
     order = [(2, 0), (1, 0), (0, 0), (2, 1), (1, 1), (0, 1)]
     middles = project(np.array([(col + 0.5, -row - 0.5, 1.5) for col, row in order]))
     np.testing.assert_allclose([lid.mean(axis=0) for lid in lids], middles)
+
+
+@pytest.mark.paper("A8", "Fig. 1")
+@pytest.mark.parametrize("name", ["paper", "tower", "school"])
+def test_the_relief_names_its_rooms_and_no_name_lies_on_another(name):
+    """Most of the rooms; each name's middle is seen within its own room."""
+    building = shipped(name)
+    figure = drawn("oblique", name)
+    assert overlaps(figure) == []
+    (axes,) = figure.axes
+    rooms = [area for area in building.areas if area.kind == "room"]
+    left, _, _, north = extent_of(building)
+    found = 0
+    for area in building.areas:
+        corners = area.cells[:, None] + [(0, 0), (0, 1), (1, 0), (1, 1)]
+        x, y = np.moveaxis(building.metres(*np.moveaxis(corners - 0.5, -1, 0)), 0, 0)
+        seen = project(np.stack([x - left, y - north, 0 * x], axis=-1))
+        seen[..., 1] += area.floor * lift_of(building)
+        low, high = seen.min(axis=(0, 1)), seen.max(axis=(0, 1))
+        found += any(
+            text.get_text() == area.name
+            and np.all((low < text.get_position()) & (text.get_position() < high))
+            for text in axes.texts
+        )
+    assert found > 0.8 * len(rooms)
 
 
 @pytest.mark.paper("A8", "Fig. 2")

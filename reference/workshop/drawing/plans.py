@@ -15,7 +15,7 @@ from reference.navigation import navigation_of
 from reference.workshop.drawing import page
 from reference.workshop.drawing.page import COLOURS, Picture, Style
 
-_HALO: Style = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
+HALO: Style = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
 _BOX: Style = {"boxstyle": "round,pad=0.3", "fc": "white", "ec": page.TEXT, "lw": 0.8}
 _SMALL_TEXT, _SMALLEST_TEXT = 6.0, 4.0
 _LETTER = 0.62  # width of a letter, in heights
@@ -152,7 +152,7 @@ def write_name(
     area: Area,
     largest: float = 10.0,
     move: np.ndarray | None = None,
-    look: Style = _HALO,
+    look: Style = HALO,
 ) -> None:
     """Write a room's name, if the map has one and it fits; upright in a narrow room.
 
@@ -173,14 +173,25 @@ def lettering(area: Area, metre: float, largest: float) -> tuple[float, bool]:
 
     metre, largest: points
     """
-    high, wide = 0.9 * metre * widest(area.cells)[1]
-    level = wide / _LETTER / len(area.name)
-    steep = high / _LETTER / len(area.name)
-    upright = bool(level < _SMALL_TEXT < steep)
-    size = min(steep if upright else level, largest)
+    high, wide = metre * widest(area.cells)[1]
+    upright = _fitting(area, wide) < _SMALL_TEXT < _fitting(area, high)
+    return level_size(area, high if upright else wide, largest), upright
+
+
+def level_size(area: Area, wide: float, largest: float) -> float:
+    """Choose the size of a room's name in so much space, 0 where it has no place.
+
+    wide, largest: points
+    """
+    size = min(_fitting(area, wide), largest)
     if size < _SMALLEST_TEXT or area.name.startswith("room-"):
-        return 0.0, upright
-    return size, upright
+        return 0.0
+    return size
+
+
+def _fitting(area: Area, wide: float) -> float:
+    """The size in which a room's name fills so much space; points."""
+    return 0.9 * wide / _LETTER / len(area.name)
 
 
 def points_per_metre(axes: Axes) -> float:
