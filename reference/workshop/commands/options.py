@@ -200,7 +200,7 @@ BUILDING = option("--building", BUILDING_HELP, metavar="MAP")
 SEVERAL_HELP = f"{BUILDING_HELP}; several are compared with the first"
 BUILDINGS = option("--building", SEVERAL_HELP, nargs="+", metavar="MAP")
 SCENARIO = scenario("the checkpoints', else the paper's")
-LEAST_PEOPLE, MOST_PEOPLE, _ = paper.limits()["people"]
+LEAST_PEOPLE, MOST_PEOPLE = map(int, paper.limits()["people"][:2])
 PEOPLE_OPTION = number(
     "--people",
     LEAST_PEOPLE,

@@ -5,7 +5,8 @@ out may lie in a wall; it is drawn where it leads.  The other anchors belong to 
 moment, and stand here for one: ten seconds into an evacuation that `Escort` guides.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -112,9 +113,7 @@ def anchors_of(simulation: Simulation) -> dict[int, dict[str, np.ndarray]]:
     return found
 
 
-def ways_on_floor(
-    building: Building, floor: int, spots: Sequence[np.ndarray]
-) -> np.ndarray:
+def ways_on_floor(building: Building, floor: int, spots: Iterable[Any]) -> np.ndarray:
     """Move points that mean ways out, and lie in a wall, to where they lead: (k, 2).
 
     That is a stairwell's middle or an exit. spots: as in `observed.way_marks`
@@ -130,7 +129,7 @@ def ways_on_floor(
         spot if _is_walkable(building, floor, *spot) else way
         for spot, way in zip(spots, leads, strict=True)
     ]
-    return np.reshape(drawn, (-1, 2))
+    return np.array(drawn).reshape(-1, 2)
 
 
 def _is_walkable(building: Building, floor: int, x: float, y: float) -> bool:

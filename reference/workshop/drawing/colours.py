@@ -24,7 +24,7 @@ SHIPPED: dict[str, tuple[str, str]] = {
 }
 """Colour and dashes of robots that ship, by the word that pictures call them."""
 
-OTHERS = ("#732222", "#3e2a8c", "#158c45", "#9900bf", "#d998a7")
+OTHERS: tuple[str, ...] = ("#732222", "#3e2a8c", "#158c45", "#9900bf", "#d998a7")
 OTHERS += ("#00bf36", "#73396a", "#1b593b", "#989ad9", "#006b8c")
 """Each as far as may be, for four kinds of eye, from Petroff's and those before it."""
 
