@@ -317,6 +317,31 @@ def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simu
     assert count["burnt door"] == 2
 
 
+@pytest.mark.parametrize("cells", ["burning", "ash"])
+def test_flames_do_not_hide_the_names_of_rooms(simulation, cells):
+    """In a film's frame, where all of the floor burns, as much of them is seen."""
+    world = simulation.world
+    scene = scene_of(world)
+    (side,) = scene.sides
+    paint = film.painter(scene)
+    names = {area.name for area in TINY.areas}
+    still = [text for text in side.axes.texts if text not in scene.moving]
+    boxes = [text.get_window_extent() for text in still if text.get_text() in names]
+
+    def written():
+        """Dark pixels of each name."""
+        pixels = paint()[::-1, :, :3]
+        for box in boxes:
+            left, low, right, high = np.array(box.extents).astype(int)
+            yield (pixels[low:high, left:right].max(axis=2) < 90).sum()
+
+    before = [*written()]
+    getattr(world.flames, cells)[:] = world.building.kind == Kind.FLOOR
+    scene.show(world, [drawing.tally(world)])
+    assert (np.array([*written()]) >= before).all()
+    assert len(boxes) > 8 and sum(before) > 80
+
+
 def walked(world, spots, seconds=1.0):
     """The trail after a past in which person 0 stood in these spots, nobody else."""
     scene = scene_of(world)

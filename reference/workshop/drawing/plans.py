@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Text
 
 from reference.building import Area, Building, Kind, Landmark
 from reference.navigation import navigation_of
@@ -153,19 +154,19 @@ def write_name(
     largest: float = 10.0,
     move: np.ndarray | None = None,
     look: Style = HALO,
-) -> None:
+) -> Text | None:
     """Write a room's name, if the map has one and it fits; upright in a narrow room.
 
     largest: font size, points;  move: of the building on the axes, metres
     """
     size, upright = lettering(area, points_per_metre(axes), largest)
-    if size:
-        x, y = node_of(building, area)
-        if move is not None:
-            x, y = np.add((x, y), move)
-        place: Style = {"ha": "center", "va": "center"}
-        place["rotation"] = 90 if upright else 0
-        axes.text(x, y, area.name, fontsize=size, **place, **look)
+    if not size:
+        return None
+    x, y = node_of(building, area)
+    if move is not None:
+        x, y = np.add((x, y), move)
+    place: Style = {"ha": "center", "va": "center", "rotation": 90 if upright else 0}
+    return axes.text(x, y, area.name, fontsize=size, **place, **look)
 
 
 def lettering(area: Area, metre: float, largest: float) -> tuple[float, bool]:
