@@ -150,7 +150,8 @@ def _begin_or_resume(arguments: Namespace) -> Any:
     "curves out/tiny -o curves.png",
     options.folder("runs", "trainings", nargs="+"),
     options.output("-o --output", options.PICTURES, "the picture", Path("curves.png")),
-    end="  after: python -m reference train --preset tiny --out out/tiny",
+    end="  after: python -m reference train --preset tiny --out out/tiny\n\n"
+    "level lines: nobody and escort in the trainings' own task, played for that",
 )
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or compares several."""
@@ -163,15 +164,29 @@ def curves(arguments: Namespace) -> None:
     runs = [
         curves.read_summaries(run)._replace(name=name) for name, run in folders.items()
     ]
-    about = _differences(folders) if len(runs) > 1 else ""
-    print(save(curves.learning_curves(runs, about), arguments.output))
-
-
-def _differences(folders: dict[str, Path]) -> str:
-    """Say what differs between trainings, on stderr too, above all their buildings."""
-    from reference.workshop.training.differing import differences, tasks_of
+    from reference.workshop.training.differing import tasks_of
 
     tasks = tasks_of(folders)
+    about = _differences(tasks) if len(runs) > 1 else ""
+    levels = _levels(list(tasks.values())) if len(tasks) == len(runs) else None
+    print(save(curves.learning_curves(runs, about, levels), arguments.output))
+
+
+def _levels(tasks: list[Any]) -> Any:
+    """Measure nobody and a guide in the task of trainings; None, with why, if not."""
+    from reference.workshop.training.levels import levels_of, why_no_levels
+
+    why = why_no_levels(tasks)
+    if why:
+        print_note(f"No lines of none and escort to compare with: {why}.")
+        return None
+    return levels_of(tasks[0])
+
+
+def _differences(tasks: dict[str, Any]) -> str:
+    """Say what differs between trainings, on stderr too, above all their buildings."""
+    from reference.workshop.training.differing import differences
+
     about = differences(tasks)
     if about:
         print_note(f"What differs ({', '.join(tasks)}): {about}")
