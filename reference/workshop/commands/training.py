@@ -9,6 +9,7 @@ from reference.learning.settings import SIDES
 from reference.workshop.anchors.settings import SideSettings
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
+    format_figure,
     format_table,
     print_note,
     print_report,
@@ -123,6 +124,8 @@ def train(arguments: Namespace) -> None:
     ]
     print_report(arguments, report, format_table(rows, "<>"))
 
+    if report["inside"] is not None:
+        print_note(_what_became(report, training.settings.scenario.time_limit))
     if report["preset"] == "tiny":
         print_note(TINY)
     players = list[object]()
@@ -130,6 +133,18 @@ def train(arguments: Namespace) -> None:
         players += [f"--{side}", path]
     print_note(f"to see how it was learned, and what:\n  {shell_line('curves', out)}")
     print_note(f"  {shell_line('evacuate', *players, '--animate', 'learned.html')}")
+
+
+def _what_became(report: dict[str, Any], limit: float) -> str:
+    """Say what became of everybody in the last round, on average."""
+    ends = {
+        "got out": report["evacuated"],
+        "died": report["died"],
+        f"were inside when {limit:g} s were over": report["inside"],
+    }
+    people = sum(ends.values())
+    told = ", ".join(f"{format_figure(count)} {end}" for end, count in ends.items())
+    return f"of {people:g} people in the last round, on average: {told}"
 
 
 def _begin_or_resume(arguments: Namespace) -> Any:

@@ -175,7 +175,7 @@ def lettering(area: Area, metre: float, largest: float) -> tuple[float, bool]:
     metre, largest: points
     """
     high, wide = metre * widest(area.cells)[1]
-    upright = _fitting(area, wide) < _SMALL_TEXT < _fitting(area, high)
+    upright = bool(_fitting(area, wide) < _SMALL_TEXT < _fitting(area, high))
     return level_size(area, high if upright else wide, largest), upright
 
 
