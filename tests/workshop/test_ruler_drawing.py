@@ -119,6 +119,17 @@ def test_the_axes_of_scores_fit_their_points():
         assert np.ptp(h) > 0.5 * (high - low)
 
 
+@pytest.mark.parametrize(
+    "baseline", ["escort here", f"out/{'long/' * 40}checkpoint.pt"]
+)
+def test_the_page_says_what_e_is_one_means(baseline):
+    """Above the picture, in words that fit."""
+    figure = drawing.contours(paper_ruler(), list(cells(2)), baseline)
+    (title,) = (words for words in writing(figure) if "Bold line: E = 1" in words)
+    assert f"E = 1, as good as {baseline[:9]}" in title
+    assert overlaps(figure) == []
+
+
 def test_a_colour_is_a_team_and_a_shape_is_a_fire():
     """Wherever their pairs stand in the list."""
     pairs = [

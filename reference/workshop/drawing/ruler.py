@@ -20,7 +20,7 @@ from reference.workshop.comparing.results import Cell
 from reference.workshop.drawing.colours import colour_of
 from reference.workshop.drawing.crossplay import players
 from reference.workshop.drawing.evacuation import EMBER
-from reference.workshop.drawing.page import BLUE, TEXT, Style, legend, sheet
+from reference.workshop.drawing.page import BLUE, TEXT, Style, legend, sheet, shortened
 
 BEST_REWARD = 15_000.0  # R_b as the paper rounds it [F6]
 MARKERS = "oDs^vPX<>*hp"
@@ -122,9 +122,12 @@ def contours(
         look |= {"ls": "", "marker": marker, "ms": 8, "clip_on": False}
         axes.plot(x, y, label=f"{name}  {ruler.score(x, y):.2f}", **look)
 
-    axes.set_title("Bold line: E = 1.  Points: means with 95 % intervals, and their E")
+    axes.set_title(
+        f"Bold line: E = 1, as good as {shortened(baseline, 40)}.  "
+        "Points: means with 95 % intervals, and their E"
+    )
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
-    figure.colorbar(shades, pad=0.02, label=f"score E; 1: as good as {baseline}")
+    figure.colorbar(shades, pad=0.02, label="score E")
     handles, _ = axes.get_legend_handles_labels()
     legend(figure, handles, ncols=4, fontsize=8)
     return figure
