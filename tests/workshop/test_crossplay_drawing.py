@@ -9,7 +9,7 @@ from pages import overlaps, to_lab
 from reference.evaluation.score import paper_ruler
 from reference.workshop.comparing import cells
 from reference.workshop.comparing.results import mean_and_interval
-from reference.workshop.drawing.colours import OTHERS, SHIPPED, lines_of
+from reference.workshop.drawing.colours import OF_THOSE_THAT_SHIP, OTHERS, lines_of
 from reference.workshop.drawing.crossplay import evacuation_curves, matrix
 from reference.workshop.strategies import ANY_MAP, LEARNED
 from reference.workshop.strategies import ROBOTS as ROBOTS_THAT_SHIP
@@ -43,7 +43,7 @@ def test_nothing_overlaps_in_either_picture(size):
     assert len({*looks}) == size[0]
 
 
-NAMES = [*ROBOTS, *SHIPPED, *(f"mine:Guide{k}" for k in range(40))]
+NAMES = [*ROBOTS, *OF_THOSE_THAT_SHIP, *(f"mine:Guide{k}" for k in range(40))]
 
 
 def test_a_strategy_has_one_colour_whoever_else_is_compared():
@@ -53,19 +53,21 @@ def test_a_strategy_has_one_colour_whoever_else_is_compared():
         together = {name: look["color"] for name, look in lines_of(names).items()}
         assert together == {name: alone[name] for name in together}
     assert len({*alone.values()}) == 8 + len(OTHERS)
-    assert {alone[name] for name in NAMES if name not in SHIPPED} == {*OTHERS}
+    assert {alone[name] for name in NAMES if name not in OF_THOSE_THAT_SHIP} == {
+        *OTHERS
+    }
 
 
 def test_every_robots_that_ship_have_a_colour():
     """None is taken for somebody's own."""
-    assert {*ROBOTS_THAT_SHIP, LEARNED, ANY_MAP} == SHIPPED.keys()
+    assert {*ROBOTS_THAT_SHIP, LEARNED, ANY_MAP} == OF_THOSE_THAT_SHIP.keys()
 
 
 def test_own_code_looks_like_nothing_that_ships():
     """By far more than the just noticeable difference of 2.3, in CIE L*a*b*."""
     own, ships = (
         to_lab(np.array([to_rgb(colour) for colour in colours]) ** 2.2)
-        for colours in (OTHERS, [colour for colour, _ in SHIPPED.values()])
+        for colours in (OTHERS, [colour for colour, _ in OF_THOSE_THAT_SHIP.values()])
     )
     apart = np.linalg.norm(own[:, None] - ships[None], axis=2)
     assert apart.min() > 25

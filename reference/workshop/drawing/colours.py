@@ -10,13 +10,12 @@ from zlib import crc32
 from reference.workshop.drawing.page import Style
 from reference.workshop.strategies import ANY_MAP, LEARNED
 
-NONE, ESCORT = "#656364", "#c849a9"
-SHIPPED: dict[str, tuple[str, str]] = {
-    "none": (NONE, ":"),
+OF_THOSE_THAT_SHIP: dict[str, tuple[str, str]] = {
+    "none": ("#656364", ":"),
     "random": ("#adad7d", "-."),
     "patrol": ("#578dff", "--"),
     "sweep": ("#86c8dd", "-"),
-    "escort": (ESCORT, "-"),
+    "escort": ("#c849a9", "-"),
     "observer": ("#ff5e02", "--"),
     "guard": ("#c91f16", "-."),
     LEARNED: ("#1845fb", "-"),
@@ -37,8 +36,8 @@ LINES: tuple[Style, ...] = tuple(
 
 def colour_of(name: str) -> str:
     """The colour of robots, by the word that pictures call them."""
-    if name in SHIPPED:
-        return SHIPPED[name][0]
+    if name in OF_THOSE_THAT_SHIP:
+        return OF_THOSE_THAT_SHIP[name][0]
     return OTHERS[crc32(name.encode()) % len(OTHERS)]
 
 
@@ -47,8 +46,8 @@ def lines_of(names: Iterable[str]) -> dict[str, Style]:
     looks: dict[str, Style] = {}
     for name in names:
         look: Style = {"color": colour_of(name)}
-        if name in SHIPPED:
-            looks[name] = look | LINES[0] | {"ls": SHIPPED[name][1]}
+        if name in OF_THOSE_THAT_SHIP:
+            looks[name] = look | LINES[0] | {"ls": OF_THOSE_THAT_SHIP[name][1]}
             continue
         first = crc32(name.encode()) // len(OTHERS) % len(_DASHES)
         lines = [look | LINES[(first + k) % len(LINES)] for k in range(len(LINES))]
