@@ -99,6 +99,7 @@ WORKSHOP = (
     "workshop.training.differing",  # what tells trainings apart
     "workshop.training.policies",  # a learned policy is a strategy
     "workshop.training.summaries",  # what a training writes down as it runs
+    "workshop.training.levels",  # what guides achieve in the same task
     "workshop.training.gradient",  # signal and noise of an update
     "workshop.training.rounds",  # who learns, and from what
     "workshop.training.starting",  # begun or resumed

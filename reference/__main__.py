@@ -5,6 +5,7 @@ or a failed run, 2 a wrong command line, 130 after Ctrl-C, SIGTERM or SIGHUP.
 """
 
 import os
+import re
 import signal
 import sys
 
@@ -17,10 +18,11 @@ if __name__ == "__main__":
 
 from argparse import ArgumentParser, Namespace
 from argparse import RawDescriptionHelpFormatter as Formatter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import BrokenExecutor
 from contextlib import suppress
-from typing import NoReturn
+from types import MappingProxyType
+from typing import Any, NoReturn
 
 import reference
 from reference.paper import InputError
@@ -81,10 +83,18 @@ def _drop_unprinted() -> None:
 
 
 class _Parser(ArgumentParser):
-    """Tells a mistake in one line, without the usage above it."""
+    """Tells a mistake in one line, without the usage above it.
+
+    wanted  what each option takes, in words, by its names
+    """
+
+    wanted: Mapping[str, str] = MappingProxyType({})
 
     def error(self, message: str) -> NoReturn:
         """Exit with status 2."""
+        option = re.match(r"argument (-[\w-]*).*: expected .*argument", message)
+        if option:  # it may have one that looks like an option: --size -3x4
+            message += f", {self.wanted[option[1]]}"
         self.exit(2, f"{self.prog}: {message}\n")
 
 
@@ -109,13 +119,23 @@ def _arguments(argv: Sequence[str] | None) -> Namespace:
     return arguments
 
 
-def _describe(parser: ArgumentParser, command: Command) -> None:
+def _describe(parser: _Parser, command: Command) -> None:
     """Give a parser what a command does and takes."""
     parser.description = command.run.__doc__
     parser.epilog = command.end
     for names, asked in command.options:
         parser.add_argument(*names, **asked)
+    parser.wanted = {
+        name: _wanted(asked) for names, asked in command.options for name in names
+    }
     parser.set_defaults(run=command.run)
+
+
+def _wanted(asked: Mapping[str, Any]) -> str:
+    """Say what an option takes."""
+    if "choices" in asked:
+        return f"one of {', '.join(asked['choices'])}"
+    return f"{asked.get('metavar', 'none')}: {asked['help']}"
 
 
 def _process() -> int:

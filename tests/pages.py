@@ -2,6 +2,7 @@
 
 from itertools import combinations
 
+import numpy as np
 from matplotlib.axis import Axis
 from matplotlib.text import Text
 
@@ -32,3 +33,10 @@ def overlaps(figure):
     wide, high = figure.bbox.size
     off = [w for w, b in boxes if b.x0 < 0 or b.y0 < 0 or b.x1 > wide or b.y1 > high]
     return off + [(v, w) for (v, a), (w, b) in combinations(boxes, 2) if a.overlaps(b)]
+
+
+def to_lab(light):
+    """(k, 3) linear red, green, blue -> CIE L*a*b*."""
+    to_xyz = [(0.412, 0.358, 0.180), (0.213, 0.715, 0.072), (0.019, 0.119, 0.950)]
+    x, y, z = np.cbrt(light @ np.array(to_xyz).T / (0.950, 1.0, 1.089)).T
+    return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1)

@@ -94,9 +94,9 @@ def test_the_page_shows_every_clause_with_its_kinds(elements):
         assert kind in shown and title in shown
         assert ANNOTATIONS["statements"][clause] in shown
     legend = text_of(next(e for e in everything if e.get("class") == "legend"))
-    for kind in KINDS:
+    for kind, meaning in ANNOTATIONS["kinds"].items():
         count = sum(f" {kind}" in e.get("class", "") for e in everything if e.get("id"))
-        assert f"{kind} {count} clauses" in legend
+        assert f"{kind} {count} clauses: {meaning}" in legend
     filters = {element.get("id") for element in everything if element.tag == "input"}
     assert filters == {f"only-{kind}" for kind in ("all", *KINDS)}
 

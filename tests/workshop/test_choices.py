@@ -21,8 +21,11 @@ from reference.workshop.drawing.choices import (
     WAY_OUT,
     anchors_of,
     moment_of,
+    ways_on_floor,
 )
 from reference.workshop.maps import load
+from reference.workshop.maps.generated import generated
+from reference.workshop.strategies.observed import way_marks
 from reference.workshop.training.presets import preset
 
 SHIPPED = ("paper", "museum", "school", "tiny", "tower", "maze")
@@ -79,6 +82,31 @@ def test_the_anchors_of_the_map_are_all_there_by_kind(name):
         here = bodies.position[bodies.walking & (bodies.floor == floor)]
         for spot in by_kind.get(LOST, ()):
             assert lengths(here - spot).min() < 1e-3
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_ways_out_are_drawn_where_one_can_stand(seed):
+    """Also those whose points lie in a wall; the others are drawn as they are."""
+    building = generated(seed, 20 + seed % 30, 15 + seed % 20, 1 + seed % 3)
+    for floor in range(building.floors):
+        outs, _ = way_marks(building, floor)
+        drawn = ways_on_floor(building, floor, outs)
+        walkable = building.walkable[floor]
+        around = np.pad(walkable, 1)
+        for spot, star in zip(outs, drawn, strict=True):
+            assert walkable[building.cell(*star)]
+            row, col = building.cell(*spot)
+            if around[row + 1, col + 1]:
+                assert tuple(star) == tuple(spot)
+
+
+def test_the_picture_has_no_star_in_a_wall():
+    """In a building where one would be."""
+    building = generated(4, 24, 19, 2)
+    for floor, axes in enumerate(drawing.anchors(building).axes):
+        (stars,) = (line for line in axes.lines if line.get_marker() == "*")
+        for x, y in stars.get_xydata():
+            assert building.walkable[(floor, *building.cell(x, y))]
 
 
 @pytest.mark.parametrize("name", SHIPPED)

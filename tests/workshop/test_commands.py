@@ -25,6 +25,7 @@ from refusals import refusal
 from reference.__main__ import COMMANDS, main
 from reference.simulation import Simulation
 from reference.workshop.commands import evacuation
+from reference.workshop.commands.options import LEAST_PEOPLE, MOST_PEOPLE
 from reference.workshop.comparing.matches import begin_evaluation
 from reference.workshop.comparing.named import PLAYER_NAMES
 from reference.workshop.engine import to_the_end
@@ -522,6 +523,34 @@ def test_the_help_says_what_surprises(command, said, capsys):
 # -- Refusals -----------------------------------------------------------------------
 
 
+def test_an_option_without_its_value_says_what_it_wants(capsys):
+    """Any of any command, also where the value looks like an option: --size -3x4."""
+    asked = 0
+    for name, command in COMMANDS.items():
+        for names, told in command.options:
+            if names[0].startswith("-") and told.get("action") != "store_true":
+                wanted = told.get("metavar") or ", ".join(told["choices"])
+                for word in names:
+                    status, said = refusal(capsys, name, "tiny", word, "-3x4")
+                    assert status == 2 and said.count("\n") == 1
+                    assert f"argument, {wanted}: " in said or f"one of {wanted}" in said
+                    asked += 1
+    assert asked > 50
+
+
+def test_people_are_limited_in_one_wording(capsys):
+    """By the option, by a scenario's words, and in the list of what these can be."""
+    wording = f"{LEAST_PEOPLE} to {MOST_PEOPLE:,}"
+    for words in (["--people", "-1"], ["--scenario", "people=-1"]):
+        _, said = refusal(capsys, "evacuate", *words)
+        assert f"it must be a whole number from {wording}" in said
+    with pytest.raises(SystemExit):
+        main(["evacuate", "--help"])
+    listed = " ".join(capsys.readouterr().out.split())
+    assert f"--people N {wording}; default" in listed
+    assert f"people {wording} people; default" in listed
+
+
 @pytest.mark.parametrize(
     ("command", "status", "hint"),
     [
@@ -529,7 +558,7 @@ def test_the_help_says_what_surprises(command, said, capsys):
         ("floors /dev/zero", 1, "/dev/zero: is a folder,"),
         ("floors --new --size 3x3", 2, "'3x3' is not WIDTHxHEIGHT, both from 6 to 180"),
         ("floors --new --size big", 2, "'big' is not WIDTHxHEIGHT"),
-        ("floors --new --floors 0", 2, "'0' is not a whole number from 1 to 30"),
+        ("floors --new --floors 0", 2, "'0': it must be a whole number from 1 to 30"),
         ("floors --new --size 180x180 --floors 9", 1, "Take at most 100,000 cells"),
         ("floors --size 20x20 --seed 1", 2, "--seed, --size: add --new."),
         ("floors tiny --new", 2, "a new building has no name"),
@@ -537,7 +566,7 @@ def test_the_help_says_what_surprises(command, said, capsys):
         ("draw tiny -o tiny.bmp", 2, "does not end in one of .png, .svg, .pdf"),
         ("draw tiny --view inside", 2, "invalid choice: 'inside'"),
         ("evacuate --building=", 1, "Is a directory"),
-        ("evacuate --people 100000", 2, "is not a whole number from 1 to 10000"),
+        ("evacuate --people 100000", 2, "it must be a whole number from 0 to 10,000"),
         ("evacuate --animate run.avi", 2, "does not end in one of .gif, .html, .mp4"),
         ("evacuate --robots none sweep patrol escort", 2, "at most 3 pairs"),
         ("evacuate tiny", 2, "unrecognized arguments: tiny; a map is named by --bui"),
@@ -545,8 +574,8 @@ def test_the_help_says_what_surprises(command, said, capsys):
         ("evacuate --fire busy", 2, "Did you mean 'busiest'?"),
         ("evacuate --fire sweep", 2, "'sweep' is no file"),
         ("evacuate --robots worst-case", 2, "nobody who plays the robots: none, r"),
-        ("evacuate --people 0", 2, "'0' is not a whole number from 1 to 10000"),
-        (f"evacuate --seed {10**30}", 2, "is not a whole number from 0 to"),
+        ("evacuate --people -1", 2, "'-1': it must be a whole number from 0 to 10,000"),
+        (f"evacuate --seed {10**30}", 2, "it must be a whole number from 0 to"),
         ("evaluate --resume", 2, "--resume goes with --out"),
         ("evaluate --resume --out nowhere", 1, "there is no evaluation"),
         ("evaluate --baseline patrol --workers 0", 2, "add it to --robots.\n"),

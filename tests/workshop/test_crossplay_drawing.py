@@ -2,13 +2,17 @@
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from outcomes import result
-from pages import overlaps
+from pages import overlaps, to_lab
 
 from reference.evaluation.score import paper_ruler
 from reference.workshop.comparing import cells
 from reference.workshop.comparing.results import mean_and_interval
+from reference.workshop.drawing.colours import OF_THOSE_THAT_SHIP, OTHERS, lines_of
 from reference.workshop.drawing.crossplay import evacuation_curves, matrix
+from reference.workshop.strategies import ANY_MAP, LEARNED
+from reference.workshop.strategies import ROBOTS as ROBOTS_THAT_SHIP
 
 ROBOTS = ["none", *(f"out/laptop-{k}/checkpoint-000120.pt" for k in range(25))]
 FIRES = [*"abcdef", "out/a-folder-with-a-name-that-nobody-types-twice", "$x_1$"]
@@ -32,8 +36,41 @@ def test_nothing_overlaps_in_either_picture(size):
     assert overlaps(matrix(cells(found, paper_ruler()))) == []
     figure = evacuation_curves(found)
     assert overlaps(figure) == []
-    lines = figure.axes[0].lines
-    assert len({(x.get_color(), x.get_linestyle()) for x in lines}) == size[0]
+    looks = [
+        (line.get_color(), line.get_linestyle(), line.get_linewidth())
+        for line in figure.axes[0].lines
+    ]
+    assert len({*looks}) == size[0]
+
+
+NAMES = [*ROBOTS, *OF_THOSE_THAT_SHIP, *(f"mine:Guide{k}" for k in range(40))]
+
+
+def test_a_strategy_has_one_colour_whoever_else_is_compared():
+    """In every evaluation, in whatever order; what ships has one of its own."""
+    alone = {name: lines_of([name])[name]["color"] for name in NAMES}
+    for names in (NAMES, NAMES[::-1], ["mine:Guide3", "escort"]):
+        together = {name: look["color"] for name, look in lines_of(names).items()}
+        assert together == {name: alone[name] for name in together}
+    assert len({*alone.values()}) == 8 + len(OTHERS)
+    assert {alone[name] for name in NAMES if name not in OF_THOSE_THAT_SHIP} == {
+        *OTHERS
+    }
+
+
+def test_every_robots_that_ship_have_a_colour():
+    """None is taken for somebody's own."""
+    assert {*ROBOTS_THAT_SHIP, LEARNED, ANY_MAP} == OF_THOSE_THAT_SHIP.keys()
+
+
+def test_own_code_looks_like_nothing_that_ships():
+    """By far more than the just noticeable difference of 2.3, in CIE L*a*b*."""
+    own, ships = (
+        to_lab(np.array([to_rgb(colour) for colour in colours]) ** 2.2)
+        for colours in (OTHERS, [colour for colour, _ in OF_THOSE_THAT_SHIP.values()])
+    )
+    apart = np.linalg.norm(own[:, None] - ships[None], axis=2)
+    assert apart.min() > 25
 
 
 @pytest.mark.paper("F12")

@@ -6,16 +6,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
-from pages import overlaps
+from pages import overlaps, writing
+from trainings import TINY, tiny, trained
 
+from reference.__main__ import main
+from reference.fire import RandomFire
+from reference.simulation import Simulation
 from reference.workshop.drawing import curves
+from reference.workshop.drawing.colours import colour_of
 from reference.workshop.drawing.evacuation import EMBER
-from reference.workshop.drawing.page import BLUE
+from reference.workshop.drawing.page import BLUE, sheet
+from reference.workshop.maps import load, plan_of
 from reference.workshop.storage.files import Table
-from reference.workshop.training import summaries
+from reference.workshop.strategies import ROBOTS
+from reference.workshop.strategies.fires import BusiestFire
+from reference.workshop.training import levels, summaries
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.differing import differences
+from reference.workshop.training.families import Family
 from reference.workshop.training.presets import preset
+from reference.workshop.training.rounds import Training
 
 VALUE = "Losses/Value Loss"
 FIGURES = summaries.SUMMARY_COLUMNS[len(summaries.WHEN_COLUMNS) :]
@@ -143,7 +153,7 @@ def test_several_trainings_have_a_colour_and_a_name_each(run):
     assert [line.get_linestyle() for line in axes.lines] == 3 * ["-"] + 3 * ["-."]
     legend = figure.legends[0]
     entries = zip(legend.get_texts(), legend.legend_handles, strict=True)
-    named = {text.get_text(): handle for text, handle in entries}
+    named = {text.get_text().split(":")[0]: handle for text, handle in entries}
     for colour, one in zip(colours, runs, strict=False):
         assert to_hex(named[one.name].get_facecolor()) == colour
     assert "head: floor, mixture, set" in legend.get_title().get_text()
@@ -157,6 +167,45 @@ def test_the_dashed_baseline_is_dashed_in_all_its_lines(run, count):
     styles = [line.get_linestyle() for line in axes.lines]
     assert styles.count("--") == 2
     assert styles.count("-") == 2
+
+
+def test_several_trainings_name_their_decisions_and_share_no_axis_of_them(run):
+    """2 × 50 an episode in one, 50 in the other: no axis would be right for both."""
+    runs = [run("a", TOGETHER), run("b", [("robots", 4)])]
+    figure = curves.learning_curves(runs)
+    assert all(not axes.child_axes for axes in figure.axes)
+    assert {"a: 6,000 decisions", "b: 2,000 decisions"} <= {*writing(figure)}
+
+
+MEANS = {summaries.GROUP_REWARD: 0.3, summaries.SURVIVAL: 0.4}
+LEVELS = summaries.Levels(
+    "means of 20", {"none": MEANS, "escort": {name: 0.8 for name in MEANS}}
+)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_level_lines_of_guides_are_drawn_where_their_figures_are(run, count):
+    """Reward and survivors; in the colours that evaluations give them, with words."""
+    runs = [run(str(seed), TOGETHER, seed) for seed in range(count)]
+    figure = curves.learning_curves(runs, levels=LEVELS)
+    own = {colour_of(name): means for name, means in LEVELS.means.items()}
+    assert len(own) == 2
+    panels = {"reward of an episode": summaries.GROUP_REWARD}
+    panels[curves.SURVIVORS] = summaries.SURVIVAL
+    for axes in figure.axes:
+        found = {
+            to_hex(line.get_color()): line.get_ydata()
+            for line in axes.lines
+            if to_hex(line.get_color()) in own
+        }
+        title = axes.get_title("left")
+        column = [of for name, of in panels.items() if name in title]
+        expected = {c: [own[c][name]] * 2 for c in own for name in column}
+        assert {c: list(y) for c, y in found.items()} == expected
+    said = writing(figure)
+    assert {"none: 40% survive", "escort: 80% survive"} <= {*said}
+    assert any("none, escort: means of 20" in words for words in said)
+    assert overlaps(figure) == []
 
 
 def test_decisions_stand_above_as_a_training_counts_them(run):
@@ -205,3 +254,101 @@ def test_what_differs_between_trainings_is_said_in_a_line():
     )
     laptop = replace(one, settings=preset("laptop"))
     assert re.search(r"; and \d+ more$", differences({"a": one, "b": laptop}))
+
+
+# -- Levels -------------------------------------------------------------------------
+
+
+def task_with(fires=None, plan=TINY, **changes):
+    """A training's task in the small office; fires, if it does not learn."""
+    settings = tiny()
+    scenario = replace(settings.scenario, **changes)
+    fixed = {} if fires is None else {"fire": fires}
+    return Task("tiny", plan, replace(settings, scenario=scenario), fixed=fixed)
+
+
+def test_levels_are_means_of_the_trainings_own_evacuations(monkeypatch):
+    """As the book plays them, all fires in turn, by the rule of training [D6]."""
+    monkeypatch.setattr(levels, "EVACUATIONS", 4)
+    task = task_with(("random", "busiest"))
+    measured = levels.levels_of(task)
+    assert measured.about.startswith("means of 4 evacuations each")
+    assert measured.about.endswith("fire random, busiest")
+    assert [*measured.means] == ["none", "escort"]
+    for name, means in measured.means.items():
+        ended = []
+        for seed in range(4):
+            fire = (RandomFire(), BusiestFire())[seed % 2]
+            scenario = task.settings.scenario
+            assert scenario.training
+            run = Simulation(load("tiny"), scenario, ROBOTS[name](), fire, seed)
+            ended.append(run.run())
+        reward = np.mean([outcome.reward for outcome in ended])
+        share = np.mean([outcome.evacuated / outcome.people for outcome in ended])
+        assert means[summaries.GROUP_REWARD] == pytest.approx(reward)
+        assert means[summaries.SURVIVAL] == pytest.approx(share)
+
+
+def test_where_no_robots_stand_only_nobody_is_a_level(monkeypatch):
+    """A fire that learns meets the random one in its place."""
+    monkeypatch.setattr(levels, "EVACUATIONS", 2)
+    measured = levels.levels_of(task_with(robots_per_floor=0))
+    assert [*measured.means] == ["none"]
+    assert measured.about.endswith("fire random")
+
+
+def test_several_maps_meet_all_fires(monkeypatch):
+    """No map meets one fire alone."""
+    monkeypatch.setattr(levels, "EVACUATIONS", 8)
+    played = []
+    monkeypatch.setattr(levels, "play", lambda *jobs, advance: played.extend(jobs))
+    maps = Family(names=("tiny", "museum"), plans=(TINY, plan_of(load("museum"))))
+    task = replace(task_with(("random", "none")), family=maps)
+    levels._episodes(task, "none")
+    met = {(job.plan, type(job.fire)) for job in played}
+    assert len(met) == 4 and len(played) == 8
+
+
+@pytest.mark.parametrize(
+    ("tasks", "why"),
+    [
+        ([task_with(), replace(task_with(), seed=3)], ""),
+        ([task_with(), task_with(("random",))], ""),
+        ([task_with(), task_with(("busiest",))], "they differ"),
+        ([task_with(), task_with(people=5)], "they differ"),
+        ([task_with(), task_with(plan=plan_of(load("museum")))], "they differ"),
+        ([replace(task_with(), family=Family())], "by lot"),
+    ],
+)
+def test_there_are_no_levels_where_tasks_differ(tasks, why):
+    """Neither where buildings are drawn by lot; seeds may differ."""
+    said = levels.why_no_levels(tasks)
+    assert (why in said) if why else said == ""
+
+
+def test_there_are_no_levels_without_the_engine(monkeypatch):
+    """The book would take a minute for them."""
+    monkeypatch.setattr(levels, "knows_all_rules", lambda: False)
+    assert "engine" in levels.why_no_levels([task_with()])
+
+
+def test_the_command_draws_levels_or_says_why_not(tmp_path, monkeypatch, capsys):
+    """From the checkpoints beside the tables, of one training or of two."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(levels, "EVACUATIONS", 2)
+    for name, task in {"a": task_with(), "b": task_with(people=5)}.items():
+        trained(Training(task), tmp_path / name, rounds=0)
+        file = tmp_path / name / "summaries.csv"
+        Table(file, summaries.SUMMARY_COLUMNS, rows(TOGETHER))
+    drawn = []
+
+    def caught(runs, about, measured):
+        drawn.append(measured)
+        return sheet("caught", 3, 2)
+
+    monkeypatch.setattr(curves, "learning_curves", caught)
+    assert main(["curves", "a"]) == 0
+    assert main(["curves", "a", "b"]) == 0
+    said = capsys.readouterr().err
+    assert [*drawn[0].means] == ["none", "escort"] and drawn[1] is None
+    assert "No lines of none and escort to compare with: they differ in" in said

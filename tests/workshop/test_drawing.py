@@ -15,8 +15,9 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from movies import shipped
-from pages import overlaps, writing
+from pages import overlaps, to_lab, writing
 from PIL import Image, ImageSequence
+from scipy.spatial import KDTree
 
 from reference.building import Building, Kind
 from reference.fire import NoFire, RandomFire
@@ -24,7 +25,7 @@ from reference.paper import InputError, Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop import drawing
-from reference.workshop.drawing import film, web_film
+from reference.workshop.drawing import film, plans, web_film
 from reference.workshop.drawing.evacuation import (
     CURVES,
     INKS,
@@ -33,8 +34,8 @@ from reference.workshop.drawing.evacuation import (
     TRAIL_SECONDS,
     Scene,
 )
-from reference.workshop.drawing.page import COLOURS, MEANINGS, sheet
-from reference.workshop.drawing.relief import SOLID, add_boxes, project
+from reference.workshop.drawing.page import COLOURS, MEANINGS, extent_of, sheet
+from reference.workshop.drawing.relief import SOLID, add_boxes, lift_of, project
 from reference.workshop.maps import find_map, plan_of
 from reference.workshop.strategies.guides import Sweep
 from reference.world import Fate, Mode
@@ -148,6 +149,44 @@ def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall():
     assert starts.total() == 2 * len(institute.landmarks) - exits
 
 
+def test_a_line_beside_another_keeps_its_ends_and_its_distance():
+    """To the left as one walks: round a corner, and straight on."""
+    way = np.array([[0, 0], [0, 4], [3, 4], [5, 4], [5, 5]], float).T
+    moved = plans.beside(way, 0.2).T.tolist()
+    assert moved == [[0, 0], [-0.2, 4.2], [3, 4.2], [4.8, 4.2], [5, 5]]
+
+
+def spread(way, step=0.05):
+    """Points along a line, (k, 2), but for its first and last piece."""
+    inner = way[1:-1]
+    pieces = [
+        np.linspace(start, end, int(np.hypot(*(end - start)) / step), endpoint=False)
+        for start, end in pairwise(inner)
+    ]
+    return np.concatenate([np.empty((0, 2)), *pieces])
+
+
+@pytest.mark.parametrize("name", ["tower", "paper", "school", "maze"])
+def test_no_way_of_the_graph_hides_one_of_another_kind(name):
+    """They may cross, but do not lie on each other: exits do not vanish."""
+    compared = 0
+    for axes in drawn("graph", name).axes:
+        by_colour = {}
+        for line in axes.lines:
+            if len(line.get_xydata()) > 1:
+                spots = spread(line.get_xydata())
+                by_colour.setdefault(line.get_color(), []).append(spots)
+        kinds = {colour: np.concatenate(ways) for colour, ways in by_colour.items()}
+        for colour, spots in kinds.items():
+            others = [kinds[other] for other in kinds if other != colour]
+            other = np.concatenate([np.empty((0, 2)), *others])
+            if len(spots) and len(other):
+                nearest, _ = KDTree(other).query(spots)
+                assert (nearest < 0.1).mean() < 0.1
+                compared += 1
+    assert compared or name != "tower"
+
+
 @pytest.mark.paper("A8", "Fig. 1")
 def test_what_is_nearer_is_painted_later():
     """The eye is south-west: first the north row, in a row first the east."""
@@ -159,6 +198,31 @@ def test_what_is_nearer_is_painted_later():
     order = [(2, 0), (1, 0), (0, 0), (2, 1), (1, 1), (0, 1)]
     middles = project(np.array([(col + 0.5, -row - 0.5, 1.5) for col, row in order]))
     np.testing.assert_allclose([lid.mean(axis=0) for lid in lids], middles)
+
+
+@pytest.mark.paper("A8", "Fig. 1")
+@pytest.mark.parametrize("name", ["paper", "tower", "school"])
+def test_the_relief_names_its_rooms_and_no_name_lies_on_another(name):
+    """Most of the rooms; each name's middle is seen within its own room."""
+    building = shipped(name)
+    figure = drawn("oblique", name)
+    assert overlaps(figure) == []
+    (axes,) = figure.axes
+    rooms = [area for area in building.areas if area.kind == "room"]
+    left, _, _, north = extent_of(building)
+    found = 0
+    for area in building.areas:
+        corners = area.cells[:, None] + [(0, 0), (0, 1), (1, 0), (1, 1)]
+        x, y = np.moveaxis(building.metres(*np.moveaxis(corners - 0.5, -1, 0)), 0, 0)
+        seen = project(np.stack([x - left, y - north, 0 * x], axis=-1))
+        seen[..., 1] += area.floor * lift_of(building)
+        low, high = seen.min(axis=(0, 1)), seen.max(axis=(0, 1))
+        found += any(
+            text.get_text() == area.name
+            and np.all((low < text.get_position()) & (text.get_position() < high))
+            for text in axes.texts
+        )
+    assert found > 0.8 * len(rooms)
 
 
 @pytest.mark.paper("A8", "Fig. 2")
@@ -253,6 +317,31 @@ def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simu
     assert count["burnt door"] == 2
 
 
+@pytest.mark.parametrize("cells", ["burning", "ash"])
+def test_flames_do_not_hide_the_names_of_rooms(simulation, cells):
+    """In a film's frame, where all of the floor burns, as much of them is seen."""
+    world = simulation.world
+    scene = scene_of(world)
+    (side,) = scene.sides
+    paint = film.painter(scene)
+    names = {area.name for area in TINY.areas}
+    still = [text for text in side.axes.texts if text not in scene.moving]
+    boxes = [text.get_window_extent() for text in still if text.get_text() in names]
+
+    def written():
+        """Dark pixels of each name."""
+        pixels = paint()[::-1, :, :3]
+        for box in boxes:
+            left, low, right, high = np.array(box.extents).astype(int)
+            yield (pixels[low:high, left:right].max(axis=2) < 90).sum()
+
+    before = [*written()]
+    getattr(world.flames, cells)[:] = world.building.kind == Kind.FLOOR
+    scene.show(world, [drawing.tally(world)])
+    assert (np.array([*written()]) >= before).all()
+    assert len(boxes) > 8 and sum(before) > 80
+
+
 def walked(world, spots, seconds=1.0):
     """The trail after a past in which person 0 stood in these spots, nobody else."""
     scene = scene_of(world)
@@ -324,13 +413,6 @@ def test_colour_blind_readers_can_tell_everything_apart(dark):
 PROTANOPE = ((0.152, 1.053, -0.205), (0.115, 0.786, 0.099), (-0.004, -0.048, 1.052))
 DEUTERANOPE = ((0.367, 0.861, -0.228), (0.280, 0.673, 0.047), (-0.012, 0.043, 0.969))
 TRITANOPE = ((1.256, -0.077, -0.179), (-0.078, 0.931, 0.148), (0.005, 0.691, 0.304))
-
-
-def to_lab(light):
-    """(k, 3) linear red, green, blue -> CIE L*a*b*."""
-    to_xyz = [(0.412, 0.358, 0.180), (0.213, 0.715, 0.072), (0.019, 0.119, 0.950)]
-    x, y, z = np.cbrt(light @ np.array(to_xyz).T / (0.950, 1.0, 1.089)).T
-    return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1)
 
 
 # -- Films --------------------------------------------------------------------------

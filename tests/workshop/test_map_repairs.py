@@ -209,8 +209,7 @@ def test_fix_writes_a_new_map_and_says_what_it_changed(plan, capsys):
     assert said.out.splitlines() == [
         "written: plan-fixed.txt",
         "round 1, the first that each hint says:",
-        "  1:1: each row begins with '> '. "
-        "Take this out of all rows: 'check --fix' does it for you.",
+        "  1:1: each row begins with '> '. Take this out of all rows.",
         "ok: Flat, floors 1, rooms [3], doors 2, exits 1, stairwells 0",
     ]
     assert said.err == "next: python -m reference draw plan-fixed.txt\n"

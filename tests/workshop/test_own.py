@@ -442,6 +442,7 @@ def test_code_that_changes_while_it_is_played_is_refused(mine):
         ("evacuate --robots plain", "write plain:Guide\n"),
         ("evacuate --robots plain.py", "write plain:Guide\n"),
         ("evaluate --fire plain", "write plain:Spark\n"),
+        ("evaluate --robots heir", "write heir:Pupil\n"),
         ("evaluate --fire empty", "write empty:NAME\n"),
         ("evaluate --fire broken", "write broken:NAME\n"),
     ],
@@ -452,6 +453,7 @@ def test_a_file_of_code_is_told_how_it_is_named(command, hint, tmp_path, capsys)
         "class Guide:\n    def decide(self, world, robots, rng): ...\n"
         "class Spark:\n    def decide(self, world, rng): ...\n"
     )
+    (tmp_path / "heir.py").write_text("class Pupil(Sweep): ...\n")
     (tmp_path / "empty.py").write_text("")
     (tmp_path / "broken.py").write_text("class Guide(:")
     found, message = refusal(capsys, *command.split())

@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from outcomes import result
 from pages import overlaps, writing
 
 from reference.evaluation.score import base_and_control, paper_ruler
@@ -13,7 +14,7 @@ from reference.paper import BETA
 from reference.workshop.comparing import Cell
 from reference.workshop.comparing.intervals import Interval
 from reference.workshop.drawing import ruler as drawing
-from reference.workshop.drawing.crossplay import LINE_STYLES
+from reference.workshop.drawing.crossplay import evacuation_curves
 
 B, C = base_and_control((-1200, 0.1), (1100, 1000))
 FEW = type(paper_ruler())(alpha=1000, base=B, control=C, k=0.02, beta=300)
@@ -96,8 +97,10 @@ def test_robots_have_the_colours_of_their_evacuation_curves():
     lost = replace(cell("none", "random", 9e4, 0), score=None)
     own = cell("mine:Guide", "random", 9000, 2000)
     axes = drawing.contours(paper_ruler(), [lost, own]).axes[0]
-    second = LINE_STYLES.by_key()["color"][1]
-    assert to_hex(axes.lines[2].get_markerfacecolor()) == to_hex(second)
+    (curve,) = (
+        evacuation_curves([result("mine:Guide", "random", 0, [5.0])]).axes[0].lines
+    )
+    assert to_hex(axes.lines[2].get_markerfacecolor()) == to_hex(curve.get_color())
 
 
 def test_the_axes_of_scores_fit_their_points():
@@ -114,6 +117,17 @@ def test_the_axes_of_scores_fit_their_points():
         assert low < h.min() and h.max() < high
         assert np.ptp(R) > 0.5 * (right - left)
         assert np.ptp(h) > 0.5 * (high - low)
+
+
+@pytest.mark.parametrize(
+    "baseline", ["escort here", f"out/{'long/' * 40}checkpoint.pt"]
+)
+def test_the_page_says_what_e_is_one_means(baseline):
+    """Above the picture, in words that fit."""
+    figure = drawing.contours(paper_ruler(), list(cells(2)), baseline)
+    (title,) = (words for words in writing(figure) if "Bold line: E = 1" in words)
+    assert f"E = 1, as good as {baseline[:9]}" in title
+    assert overlaps(figure) == []
 
 
 def test_a_colour_is_a_team_and_a_shape_is_a_fire():

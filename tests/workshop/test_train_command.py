@@ -28,7 +28,7 @@ from reference.workshop.training.checkpoints import (
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
 PROMISED = """building preset robots fire seed rounds episodes steps reward fire_reward
-survival evacuated died checkpoint summaries"""
+survival evacuated died inside checkpoint summaries"""
 
 
 @pytest.fixture
@@ -79,6 +79,7 @@ def test_train_prints_one_object_with_final_figures(once, capsys):
     assert facts["robots"] == "poca (mixture head)"
     assert facts["steps"]["robots"] >= 40 and facts["steps"]["fire"] >= 4
     assert 0 <= facts["survival"] <= 1
+    assert facts["evacuated"] + facts["died"] + facts["inside"] == 6
     assert load_checkpoint(facts["checkpoint"]).round == facts["rounds"]
     assert os.path.exists(facts["summaries"])
 
@@ -95,6 +96,9 @@ def test_train_tells_people_what_begins_and_how_to_look_at_it(once, capsys):
     assert re.search(r"^reward +-?[\d,.]+$", out, re.MULTILINE)
     assert re.search(r"^survival +0\.\d+$", out, re.MULTILINE)
     assert "ends before anything is learned" in err
+    became = re.search(r"of 6 people in the last round.*", err)[0]
+    counts = re.findall(r"([\d.]+) (?:got out|died|were inside)", became)
+    assert len(counts) == 3 and sum(map(float, counts)) == pytest.approx(6, abs=0.02)
     words = command.split()
     assert words[:3] == ["python", "-m", "reference"]
     assert main(words[3:]) == 0

@@ -7,7 +7,12 @@ reward is what the robots lose. Here everybody gets out, so it is negative.
 import numpy as np
 
 from reference import Scenario
-from reference.workshop.zoo import parallel_env
+
+try:
+    from reference.workshop.zoo import parallel_env
+except ImportError:
+    install = ".venv/bin/pip install -c constraints.txt -e '.[pettingzoo]'"
+    raise SystemExit(f"This answer needs PettingZoo: {install}") from None
 
 evening = Scenario(people=12, time_limit=120.0, robots_per_floor=1, sources=3)
 world = parallel_env("tiny", evening, robots="sweep", flat=True)

@@ -121,6 +121,7 @@ def _fix(arguments: Namespace) -> None:
 
 
 CHANGES_TOLD = 20  # of a round
+FIX_DOES_IT = ": 'check --fix' does it for you"
 
 
 def _told(repair: Repair) -> str:
@@ -131,7 +132,8 @@ def _told(repair: Repair) -> str:
         for mistake in mistakes[:CHANGES_TOLD]:
             count = f" ({mistake.more + 1} places)" if mistake.more else ""
             place = f"{mistake.line}:{mistake.column}"
-            lines.append(f"  {place}: {mistake.what}. {mistake.hint}{count}")
+            hint = mistake.hint.replace(FIX_DOES_IT, "")  # it has done it
+            lines.append(f"  {place}: {mistake.what}. {hint}{count}")
         if len(mistakes) > CHANGES_TOLD:
             lines.append(f"  … and {len(mistakes) - CHANGES_TOLD} more")
     return "\n".join(lines)

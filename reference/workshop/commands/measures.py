@@ -19,7 +19,7 @@ from reference.workshop.maps import load
 from reference.workshop.measuring.validation import CASES, NOT_MODELLED, measure_case
 from reference.workshop.storage.files import write_whole
 
-LASTS = "all cases take a minute or two; --only names some"
+LASTS = "all cases take half a minute, more on a busy machine; --only names some"
 
 
 @options.command(

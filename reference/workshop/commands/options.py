@@ -69,8 +69,8 @@ def number(name: str, least: int, note: str, most: int = 10**6, **told: Any) -> 
         with suppress(ValueError):  # a word is refused below, in the same words
             if least <= int(text) <= most:
                 return int(text)
-        wanted = f"a whole number from {least} to {most}"
-        raise ArgumentTypeError(f"'{text}' is not {wanted}")
+        wanted = f"a whole number from {least:,} to {most:,}"
+        raise ArgumentTypeError(f"'{text}': it must be {wanted}")
 
     return option(name, note, type=whole, metavar="N", **told)
 
@@ -138,7 +138,7 @@ def scenario(default: str) -> Option:
     """Declare --scenario; default: what it changes."""
     return option(
         "--scenario",
-        f"such as sight_range=8 people=60, KEYs below; changes {default}",
+        f"such as sight_range=8 people=60, KEYs: end of --help; changes {default}",
         action=_Stated,
         nargs="+",
         metavar="KEY=VALUE",
@@ -200,8 +200,14 @@ BUILDING = option("--building", BUILDING_HELP, metavar="MAP")
 SEVERAL_HELP = f"{BUILDING_HELP}; several are compared with the first"
 BUILDINGS = option("--building", SEVERAL_HELP, nargs="+", metavar="MAP")
 SCENARIO = scenario("the checkpoints', else the paper's")
-PEOPLE_HELP = f"default: the checkpoints', else {paper.PEOPLE}"
-PEOPLE_OPTION = number("--people", 1, PEOPLE_HELP, most=paper.MOST)
+LEAST_PEOPLE, MOST_PEOPLE = map(int, paper.limits()["people"][:2])
+PEOPLE_OPTION = number(
+    "--people",
+    LEAST_PEOPLE,
+    f"{LEAST_PEOPLE:,} to {MOST_PEOPLE:,}; default: the checkpoints', else "
+    f"{paper.PEOPLE}",
+    most=MOST_PEOPLE,
+)
 SAMPLE = flag(
     "--sample", "draw a learned policy's actions, not the likeliest", default=None
 )

@@ -9,6 +9,7 @@ from reference.learning.settings import SIDES
 from reference.workshop.anchors.settings import SideSettings
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
+    format_figure,
     format_table,
     print_note,
     print_report,
@@ -123,6 +124,8 @@ def train(arguments: Namespace) -> None:
     ]
     print_report(arguments, report, format_table(rows, "<>"))
 
+    if report["inside"] is not None:
+        print_note(_what_became(report, training.settings.scenario.time_limit))
     if report["preset"] == "tiny":
         print_note(TINY)
     players = list[object]()
@@ -130,6 +133,18 @@ def train(arguments: Namespace) -> None:
         players += [f"--{side}", path]
     print_note(f"to see how it was learned, and what:\n  {shell_line('curves', out)}")
     print_note(f"  {shell_line('evacuate', *players, '--animate', 'learned.html')}")
+
+
+def _what_became(report: dict[str, Any], limit: float) -> str:
+    """Say what became of everybody in the last round, on average."""
+    ends = {
+        "got out": report["evacuated"],
+        "died": report["died"],
+        f"were inside when {limit:g} s were over": report["inside"],
+    }
+    people = sum(ends.values())
+    told = ", ".join(f"{format_figure(count)} {end}" for end, count in ends.items())
+    return f"of {people:g} people in the last round, on average: {told}"
 
 
 def _begin_or_resume(arguments: Namespace) -> Any:
@@ -150,7 +165,8 @@ def _begin_or_resume(arguments: Namespace) -> Any:
     "curves out/tiny -o curves.png",
     options.folder("runs", "trainings", nargs="+"),
     options.output("-o --output", options.PICTURES, "the picture", Path("curves.png")),
-    end="  after: python -m reference train --preset tiny --out out/tiny",
+    end="  after: python -m reference train --preset tiny --out out/tiny\n\n"
+    "level lines: nobody and escort in the trainings' own task, played for that",
 )
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or compares several."""
@@ -163,15 +179,29 @@ def curves(arguments: Namespace) -> None:
     runs = [
         curves.read_summaries(run)._replace(name=name) for name, run in folders.items()
     ]
-    about = _differences(folders) if len(runs) > 1 else ""
-    print(save(curves.learning_curves(runs, about), arguments.output))
-
-
-def _differences(folders: dict[str, Path]) -> str:
-    """Say what differs between trainings, on stderr too, above all their buildings."""
-    from reference.workshop.training.differing import differences, tasks_of
+    from reference.workshop.training.differing import tasks_of
 
     tasks = tasks_of(folders)
+    about = _differences(tasks) if len(runs) > 1 else ""
+    levels = _levels(list(tasks.values())) if len(tasks) == len(runs) else None
+    print(save(curves.learning_curves(runs, about, levels), arguments.output))
+
+
+def _levels(tasks: list[Any]) -> Any:
+    """Measure nobody and a guide in the task of trainings; None, with why, if not."""
+    from reference.workshop.training.levels import levels_of, why_no_levels
+
+    why = why_no_levels(tasks)
+    if why:
+        print_note(f"No lines of none and escort to compare with: {why}.")
+        return None
+    return levels_of(tasks[0])
+
+
+def _differences(tasks: dict[str, Any]) -> str:
+    """Say what differs between trainings, on stderr too, above all their buildings."""
+    from reference.workshop.training.differing import differences
+
     about = differences(tasks)
     if about:
         print_note(f"What differs ({', '.join(tasks)}): {about}")

@@ -1,8 +1,12 @@
 """What a robot that learns chooses between: the anchors of each floor, by kind [C5].
 
-Ways out, feet of stairs and cells to guard belong to the map.  The others belong to a
+Ways out, feet of stairs and cells to guard belong to the map.  A point that means a way
+out may lie in a wall; it is drawn where it leads.  The other anchors belong to a
 moment, and stand here for one: ten seconds into an evacuation that `Escort` guides.
 """
+
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -51,7 +55,8 @@ def anchors(building: Building) -> Figure:
     figure, panels = page.floor_page(building, title, range(building.floors), _PALE)
     found = anchors_of(simulation)
     for floor, by_kind in found.items():
-        _draw_anchors(panels[floor], by_kind)
+        stars = ways_on_floor(building, floor, by_kind.get(WAY_OUT, ()))
+        _draw_anchors(panels[floor], {**by_kind, WAY_OUT: stars})
         count = sum(len(spots) for spots in by_kind.values())
         name = page.floor_title(building, floor)
         panels[floor].set_title(f"{name}, {count} anchors")
@@ -106,6 +111,32 @@ def anchors_of(simulation: Simulation) -> dict[int, dict[str, np.ndarray]]:
         there = {kind: _there(spots) for kind, spots in kinds.items()}
         found[robot.floor] = {kind: s for kind, s in there.items() if len(s)}
     return found
+
+
+def ways_on_floor(building: Building, floor: int, spots: Iterable[Any]) -> np.ndarray:
+    """Move points that mean ways out, and lie in a wall, to where they lead: (k, 2).
+
+    That is a stairwell's middle or an exit. spots: as in `observed.way_marks`
+    """
+    down = [well for well in building.stairwells if well.leads_down(floor)]
+    exits = [
+        mark
+        for mark in building.landmarks
+        if mark.kind is Kind.EXIT and mark.floor == floor
+    ]
+    leads = [*(well.centre for well in down), *(mark.position for mark in exits)]
+    drawn = [
+        spot if _is_walkable(building, floor, *spot) else way
+        for spot, way in zip(spots, leads, strict=True)
+    ]
+    return np.array(drawn).reshape(-1, 2)
+
+
+def _is_walkable(building: Building, floor: int, x: float, y: float) -> bool:
+    row, col = building.cell(x, y)
+    rows, cols = building.walkable[floor].shape
+    inside = 0 <= row < rows and 0 <= col < cols
+    return inside and bool(building.walkable[floor, row, col])
 
 
 def _there(spots: np.ndarray) -> np.ndarray:

@@ -1,12 +1,13 @@
 """Charts of a cross-play: who beats whom, and how fast people get out.
 
-Curves are told apart by dashes as well as by colours; brackets and bands are 95 %
-bootstrap intervals of the mean over runs.
+Curves are told apart by dashes as well as by colours, which are those of their robots
+in every picture; brackets and bands are 95 % bootstrap intervals of the mean over runs.
 """
 
 from collections.abc import Sequence
 from math import ceil
 from textwrap import fill
+from typing import Any
 
 import numpy as np
 from matplotlib import color_sequences
@@ -20,6 +21,7 @@ from matplotlib.ticker import PercentFormatter
 from reference.workshop.comparing.intervals import intervals_of_columns
 from reference.workshop.comparing.results import Cell, mean_and_interval
 from reference.workshop.comparing.runs import RunResult
+from reference.workshop.drawing.colours import lines_of
 from reference.workshop.drawing.page import legend, sheet
 
 SURVIVAL_COLOURS = LinearSegmentedColormap.from_list(
@@ -76,6 +78,7 @@ def evacuation_curves(results: Sequence[RunResult]) -> Figure:
     """
     robots = players(results, "robots")
     fires = players(results, "fire")
+    lines = lines_of(robots)
     columns = min(len(fires), 3)
     rows = ceil(len(fires) / columns)
     width = max(7.5, 3.5 * columns)
@@ -89,10 +92,9 @@ def evacuation_curves(results: Sequence[RunResult]) -> Figure:
         axes.set_title(fill(f"fire: {fire}", 40))
         axes.label_outer()
         axes.grid(axis="y")
-        axes.set_prop_cycle(LINE_STYLES)
-        for name in robots:
+        for name, line in lines.items():
             runs = [run for run in results if run.run[:2] == (name, fire)]
-            plot_who_is_out(axes, runs, t, fill(name, 24))
+            plot_who_is_out(axes, runs, t, fill(name, 24), **line)
 
     letters = min(24, max(map(len, robots)))
     entry = 0.8 + 0.07 * letters  # inches
@@ -102,11 +104,14 @@ def evacuation_curves(results: Sequence[RunResult]) -> Figure:
 
 
 def plot_who_is_out(
-    axes: Axes, runs: Sequence[RunResult], t: np.ndarray, label: str
+    axes: Axes, runs: Sequence[RunResult], t: np.ndarray, label: str, **look: Any
 ) -> Line2D:
-    """Plot how many people are out at times t (s), per cent: a mean and its band."""
+    """Plot how many people are out at times t (s), per cent: a mean and its band.
+
+    look: of the line, if it is not the next of the axes
+    """
     out = [np.searchsorted(run.times, t, "right") / run.people for run in runs]
     mean, low, high = (100 * line for line in intervals_of_columns(np.stack(out)))
-    (line,) = axes.plot(t, mean, lw=1.9, label=label)
+    (line,) = axes.plot(t, mean, label=label, **{"lw": 1.9} | look)
     axes.fill_between(t, low, high, color=line.get_color(), alpha=0.16, lw=0)
     return line

@@ -19,11 +19,13 @@ from matplotlib.rcsetup import cycler
 from reference.building import Kind
 from reference.paper import InputError
 from reference.workshop.drawing import page
+from reference.workshop.drawing.colours import OTHERS, lines_of
 from reference.workshop.drawing.crossplay import LINE_STYLES
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE, COLOURS, Style
 from reference.workshop.storage.files import read_number, read_table
 from reference.workshop.training import summaries
+from reference.workshop.training.summaries import Levels
 
 SMOOTHING = 0.05  # share of the time axis that a running mean covers
 Curve = tuple[np.ndarray, np.ndarray]  # x and y, (k,) each; x ascends
@@ -151,29 +153,32 @@ def mean_curve(lines: Sequence[Curve]) -> Curve:
     return x, np.mean([np.interp(x, *line) for line in lines], axis=0)
 
 
-def learning_curves(runs: Sequence[TrainingTable], about: str = "") -> Figure:
+def learning_curves(
+    runs: Sequence[TrainingTable], about: str = "", levels: Levels | None = None
+) -> Figure:
     """Draw reward, survivors, entropy and losses over the episodes played [E6].
 
     One run: faint as recorded, bold its running mean, in the colours of the sides.
     Several: running means, a colour for each run, and dashes tell the sides apart.
 
     about: a line above the legend, such as what differs between the runs
+    levels: what guides achieve in the runs' task, as level lines
     Raises ValueError where there is nothing to draw.
     """
-    panels = {title: _lines_of(curves, runs) for title, curves in PANELS.items()}
-    panels = {title: lines_of for title, lines_of in panels.items() if lines_of}
+    panels = {title: _found(curves, runs) for title, curves in PANELS.items()}
+    panels = {title: found for title, found in panels.items() if found}
     if not panels:
         raise InputError("too few rows to draw: train for longer first.")
     names = ", ".join(run.name for run in runs)
     whole = page.sheet(f"Learning curves: {names}", 11, 1.9 * len(panels) + 1.5)
     column = whole.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
-    teams = [LINE_STYLES.by_key()["color"][k % 8] for k in range(len(runs))]
+    teams = [OTHERS[k % len(OTHERS)] for k in range(len(runs))]
 
     looks: dict[str, Style] = {}
-    for axes, (title, lines_of) in zip(column, panels.items(), strict=True):
+    for axes, (title, found) in zip(column, panels.items(), strict=True):
         axes.grid(axis="y")
         axes.set_title(title)
-        for label, lines in lines_of.items():
+        for label, lines in found.items():
             look = LOOKS[label] | {"lw": 2}
             if len(runs) > 1:
                 look["color"] = page.TEXT
@@ -186,31 +191,64 @@ def learning_curves(runs: Sequence[TrainingTable], about: str = "") -> Figure:
                 axes.plot(x, smooth(x, y), **look)
 
     column[-1].set_xlabel("episodes played by both sides")
-    _add_decisions(column[0], runs[0], len(runs) > 1)
-    words = f"bold: running means over {SMOOTHING:.0%} of the episodes"
+    words = [f"running means over {SMOOTHING:.0%} of the episodes"]
+    if levels:
+        looks |= _add_levels(dict(zip(panels, column, strict=True)), levels)
+        words.append(f"{', '.join(levels.means)}: {levels.about}")
     handles = page.samples(looks)
     if len(runs) > 1:
-        words = words.removeprefix("bold: ") + (f"\n{about}" if about else "")
+        words.append(about)
         handles += [
-            Patch(color=colour, label=page.shortened(run.name, 30))
+            Patch(color=colour, label=_name_of(run))
             for run, colour in zip(runs, teams, strict=True)
         ]
-    page.legend(whole, handles, title=words, handlelength=2.8, ncols=4)
+    else:
+        words[0] = f"bold: {words[0]}"
+        _add_decisions(column[0], runs[0])
+    title = "\n".join(filter(None, words))
+    page.legend(whole, handles, title=title, handlelength=2.8, ncols=4)
     return whole
 
 
-def _add_decisions(axes: Axes, run: TrainingTable, named: bool) -> None:
-    """Tell decisions of both sides, which a training's bar counts, above a panel.
+def _add_levels(panels: Mapping[str, Axes], levels: Levels) -> dict[str, Style]:
+    """Add a level line for each guide to the panels that have its figures.
 
-    named: which run's they are has to be said
+    Returns looks by their words; of equal lines the first of the guides lies above.
     """
+    looks: dict[str, Style] = {}
+    styles = lines_of(levels.means)
+    for order, (name, means) in enumerate(levels.means.items()):
+        look = styles[name] | {"lw": 1.4}
+        looks[f"{name}: {means[summaries.SURVIVAL]:.0%} survive"] = look
+        for title, axes in panels.items():
+            for curve in PANELS[title]:
+                if curve.column in means:
+                    y = means[curve.column]
+                    axes.axhline(y, zorder=1.9 - 0.1 * order, **look)
+    return looks
+
+
+def _name_of(run: TrainingTable) -> str:
+    """Name a run, with its decisions: runs do not share an axis of these."""
+    name = page.shortened(run.name, 30)
+    return f"{name}: {decisions_of(run)[-1]:,.0f} decisions"
+
+
+def decisions_of(run: TrainingTable) -> np.ndarray:
+    """Count the decisions of both sides up to each row, as a training's bar does."""
     columns = run.columns
     total = np.zeros(len(columns["step"]))
     for side in set(columns["side"]):  # a side's count stays until its next row
         of_side = np.where(columns["side"] == side, columns["step"], 0.0)
         total += np.maximum.accumulate(of_side)
-    episodes, last = np.unique(columns["episodes"][::-1], return_index=True)
-    decisions = np.maximum.accumulate(total[::-1][last])
+    return np.maximum.accumulate(total)
+
+
+def _add_decisions(axes: Axes, run: TrainingTable) -> None:
+    """Tell decisions of both sides above a panel."""
+    rows = run.columns["episodes"][::-1]
+    episodes, last = np.unique(rows, return_index=True)
+    decisions = decisions_of(run)[::-1][last]
     if len(episodes) < 2 or decisions[-1] == 0:
         return
     far = 10 * np.array([-episodes[-1], episodes[-1]])  # axes reach beyond the data
@@ -225,15 +263,15 @@ def _add_decisions(axes: Axes, run: TrainingTable, named: bool) -> None:
             lambda x: np.interp(np.asarray(x), decisions, episodes),
         ),
     )
-    above.set_xlabel(f"decisions of {run.name}" if named else "decisions of all sides")
+    above.set_xlabel("decisions of all sides")
     axes.set_title(axes.get_title("left"), pad=34, loc="left")
 
 
-def _lines_of(
+def _found(
     curves: Sequence[CurveSource], runs: Sequence[TrainingTable]
 ) -> dict[str, dict[int, Curve]]:
     """Find a panel's lines by label and run; without points there is none."""
-    lines_of = {}
+    found = {}
     for curve in curves:
         lines = {
             which: line
@@ -241,8 +279,8 @@ def _lines_of(
             for line in curves_of([run], curve.side, curve.column)
         }
         if lines:
-            lines_of[curve.label] = lines
-    return lines_of
+            found[curve.label] = lines
+    return found
 
 
 def curves_of_arms(arms: Mapping[str, Sequence[TrainingTable]]) -> Figure:

@@ -2,8 +2,8 @@
 
 Shapes tell things apart as well as colours do: disc follower, triangle leader [B4],
 diamond robot [C5], star fire source [D3].  People darken as they lose health [B7];
-flames, ash and burnt doors are boxes [D7] [A6].  A faint line is where a person walked
-lately: who walks in circles draws one.
+flames, ash and burnt doors are boxes [D7] [A6], below the names of rooms.  A faint line
+is where a person walked lately: who walks in circles draws one.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.text import Text
 
 from reference import paper
-from reference.building import Building, Kind
+from reference.building import Area, Building, Kind
 from reference.navigation import navigation_of
 from reference.simulation import Simulation
 from reference.workshop.drawing import page, plans
@@ -28,6 +28,7 @@ STEPS = ["#101b46", "#2c3a78", "#565a86", "#807c83", "#ada06f", "#dcc64f", "#ffe
 HEALTHS = ListedColormap(STEPS, name="health")
 """Dark at death, bright in full health, for every eye; few steps keep films small."""
 
+OVER_FLAMES = 3.8  # where names of rooms are drawn, below all that moves
 TRAIL_SECONDS = 10
 TRAIL = f"walked in {TRAIL_SECONDS} s"
 INK, ASH = "#16191d", "#8d8782"
@@ -153,8 +154,11 @@ class EvacuationPanel:
         self.building = building
         self.moves = moves
         self.centres = navigation_of(building).centres
-        for area in building.areas:
-            plans.write_name(axes, building, area, 7.0, moves[area.floor])
+        self.names = {
+            area.index: written
+            for area in building.areas
+            if (written := self._write_name(area))
+        }
 
         own = looks(plans.points_per_metre(axes))
         crowd: Style = {"cmap": HEALTHS, "vmin": 0, "vmax": paper.HEALTH, "c": []}
@@ -168,9 +172,18 @@ class EvacuationPanel:
         self.lines = {k: curve.plot([], [], **look)[0] for k, look in CURVES.items()}
         self.texts = [_note(axes, "", x, 20, 12) for x in (0, 80)]
 
-        there = [*self.marks.values(), *self.people.values()]
+        there = [*self.marks.values(), *self.people.values(), *self.names.values()]
         there.sort(key=Artist.get_zorder)
         self.moving: list[Artist] = [*self.texts, *there, *self.lines.values()]
+
+    def _write_name(self, area: Area) -> Text | None:
+        """Write a room's name, and again what is to be seen over flames there."""
+        here: Any = (self.axes, self.building, area, 7.0, self.moves[area.floor])
+        plans.write_name(*here)
+        again = plans.write_name(*here)
+        if again:
+            again.set(visible=False, zorder=OVER_FLAMES)
+        return again
 
     def show(self, world: World, history: Sequence[Tally]) -> None:
         """Move everything to where it is in a world."""
@@ -232,8 +245,18 @@ class EvacuationPanel:
         self._put_cells("ash", flames.ash)
         burnt = np.isin(self.building.landmark, [*world.burnt])
         self._put_cells("burnt door", burnt)
+        self._show_names(flames.burning | flames.ash)
         lit = [(source.x, source.y) for source in flames.sources]
         self._put("fire source", [source.floor for source in flames.sources], lit)
+
+    def _show_names(self, lit: np.ndarray) -> None:
+        """Show the names of rooms with fire or ash once more, over it.
+
+        lit: (floors, rows, columns) bool.  All names at each instant would take long.
+        """
+        burns = {*self.building.area[lit].tolist()}
+        for area, name in self.names.items():
+            name.set_visible(area in burns)
 
     def _put_cells(self, name: str, cells: np.ndarray) -> None:
         """Put marks on some cells; cells: (floors, rows, columns), which of all."""
@@ -297,9 +320,9 @@ def looks(metre: float) -> dict[str, Style]:
         "leader": marker("^", 1.1 * mark, STEPS[-1], INK, 0.7),
         "robot": marker("D", 1.05 * mark, "white", INK, 1.8) | {"zorder": 6},
         TRAIL: {"color": page.FAINT, "lw": 1.0, "alpha": 0.5, "zorder": 4},
-        "flames": marker("s", 0.94 * metre, FLAME, EMBER, 0.6),
-        "ash": marker("s", metre, ASH, ASH, 0.6) | {"zorder": 3},
-        "burnt door": marker("s", 0.9 * metre, CHAR, FLAME, 1.0),
+        "flames": marker("s", 0.94 * metre, FLAME, EMBER, 0.6) | {"zorder": 3.5},
+        "ash": marker("s", metre, ASH, ASH, 0.6) | {"zorder": 3.2},
+        "burnt door": marker("s", 0.9 * metre, CHAR, FLAME, 1.0) | {"zorder": 3.5},
         "fire source": marker("*", 2.6 * mark, SOURCE, "white", 0.9),
         "destination": marker("+", 1.3 * mark, INK, INK, 1.4) | line,
         "died here": marker("x", 0.9 * mark, INK, INK, 1.6),

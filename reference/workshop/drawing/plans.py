@@ -9,13 +9,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Text
 
 from reference.building import Area, Building, Kind, Landmark
 from reference.navigation import navigation_of
 from reference.workshop.drawing import page
 from reference.workshop.drawing.page import COLOURS, Picture, Style
 
-_HALO: Style = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
+HALO: Style = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
 _BOX: Style = {"boxstyle": "round,pad=0.3", "fc": "white", "ec": page.TEXT, "lw": 0.8}
 _SMALL_TEXT, _SMALLEST_TEXT = 6.0, 4.0
 _LETTER = 0.62  # width of a letter, in heights
@@ -31,6 +32,11 @@ WAYS: dict[Kind, Style] = {
     Kind.EXIT: _way("*", 11, COLOURS[Kind.EXIT]),
 }
 """Edges of the graph: a mark at the door, lines to the rooms on its sides."""
+
+LANES = {Kind.DOOR: 0, Kind.ENTRANCE: 1, Kind.EXIT: -1}
+"""Where ways of a kind run beside those of others that go the same way."""
+LANE = 2.0  # points from one to the next
+WIDEST_LANE = 0.3  # metres: lines stay in the cells that one walks in
 
 NODES: dict[str, Style] = {
     "room": {"ls": "", "marker": "o", "ms": 7, "color": page.TEXT, "mfc": "white"},
@@ -53,7 +59,8 @@ def top(building: Building, floor: int | None = None) -> Picture:
 def graph(building: Building) -> Figure:
     """Draw the graph over the floors: rooms are nodes, ways through are edges [A2].
 
-    A node stands in the widest part of its room; lines lead to its doors as one walks.
+    A node stands in the widest part of its room; lines lead to its doors as one walks,
+    those of doors, entrances and exits beside each other.
     """
     title = f"{building.title}: the graph"
     figure, panels = page.floor_page(building, title, range(building.floors), 0.28)
@@ -67,10 +74,13 @@ def graph(building: Building) -> Figure:
         mark = building.landmark_of.get(key)
         if mark is None:  # stairs
             continue
+        axes = panels[mark.floor]
+        lane = min(LANE / points_per_metre(axes), WIDEST_LANE)
         for side in sides:
             if side in building.area_of:  # the outside is no room
-                x, y = _way_from(mark, building.area_of[side], building)
-                panels[mark.floor].plot(x, y, **WAYS[mark.kind], markevery=[0])
+                way = _way_from(mark, building.area_of[side], building)
+                x, y = beside(way, lane * LANES[mark.kind])
+                axes.plot(x, y, **WAYS[mark.kind], markevery=[0])
     for area in building.areas:
         axes = panels[area.floor]
         axes.plot(*node_of(building, area), **NODES[area.kind])
@@ -90,6 +100,21 @@ def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:
     chain = [start, *nav.way(start, door, costs)]
     corners = nav.centres[nav.corners(chain)]
     return np.vstack([node, corners, mark.position])[::-1].T
+
+
+def beside(way: np.ndarray, metres: float) -> np.ndarray:
+    """Move a line to its left, as one walks along it; its ends stay; all (2, k).
+
+    Corners are cut off where they would be farther out than a right angle's.
+    """
+    forward = np.diff(way)
+    forward = forward / np.hypot(*forward)
+    left = np.stack([-forward[1], forward[0]])
+    before, after = left[:, :-1], left[:, 1:]
+    turn = np.maximum(1 + (before * after).sum(axis=0), 1.0)  # 1 at a right angle
+    moved = way.copy()
+    moved[:, 1:-1] += metres * (before + after) / turn
+    return moved
 
 
 # -- Names that fit into their rooms ------------------------------------------------
@@ -128,20 +153,20 @@ def write_name(
     area: Area,
     largest: float = 10.0,
     move: np.ndarray | None = None,
-    look: Style = _HALO,
-) -> None:
+    look: Style = HALO,
+) -> Text | None:
     """Write a room's name, if the map has one and it fits; upright in a narrow room.
 
     largest: font size, points;  move: of the building on the axes, metres
     """
     size, upright = lettering(area, points_per_metre(axes), largest)
-    if size:
-        x, y = node_of(building, area)
-        if move is not None:
-            x, y = np.add((x, y), move)
-        place: Style = {"ha": "center", "va": "center"}
-        place["rotation"] = 90 if upright else 0
-        axes.text(x, y, area.name, fontsize=size, **place, **look)
+    if not size:
+        return None
+    x, y = node_of(building, area)
+    if move is not None:
+        x, y = np.add((x, y), move)
+    place: Style = {"ha": "center", "va": "center", "rotation": 90 if upright else 0}
+    return axes.text(x, y, area.name, fontsize=size, **place, **look)
 
 
 def lettering(area: Area, metre: float, largest: float) -> tuple[float, bool]:
@@ -149,14 +174,25 @@ def lettering(area: Area, metre: float, largest: float) -> tuple[float, bool]:
 
     metre, largest: points
     """
-    high, wide = 0.9 * metre * widest(area.cells)[1]
-    level = wide / _LETTER / len(area.name)
-    steep = high / _LETTER / len(area.name)
-    upright = bool(level < _SMALL_TEXT < steep)
-    size = min(steep if upright else level, largest)
+    high, wide = metre * widest(area.cells)[1]
+    upright = bool(_fitting(area, wide) < _SMALL_TEXT < _fitting(area, high))
+    return level_size(area, high if upright else wide, largest), upright
+
+
+def level_size(area: Area, wide: float, largest: float) -> float:
+    """Choose the size of a room's name in so much space, 0 where it has no place.
+
+    wide, largest: points
+    """
+    size = min(_fitting(area, wide), largest)
     if size < _SMALLEST_TEXT or area.name.startswith("room-"):
-        return 0.0, upright
-    return size, upright
+        return 0.0
+    return size
+
+
+def _fitting(area: Area, wide: float) -> float:
+    """The size in which a room's name fills so much space; points."""
+    return 0.9 * wide / _LETTER / len(area.name)
 
 
 def points_per_metre(axes: Axes) -> float:

@@ -13,16 +13,23 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from reference.building import Building, Kind
+from reference.building import Area, Building, Kind
 from reference.workshop.drawing import page
 from reference.workshop.drawing.page import COLOURS, Style
-from reference.workshop.drawing.plans import WAYS
+from reference.workshop.drawing.plans import (
+    HALO,
+    WAYS,
+    level_size,
+    points_per_metre,
+    widest,
+)
 
 TURN = np.radians(28)  # of the view, from south
 TILT = np.radians(34)  # of the view, above the flat
 SLAB = 0.6  # metres of ceiling below a floor
 GAP = 4.0  # metres of page between two storeys, the lower one's walls included
 WINDOW = np.array((12, 15))  # rows and columns that a close-up shows
+LARGEST_NAME = 7.0  # points, of a room's
 _LINK: Style = {"color": COLOURS[Kind.ENTRANCE], "lw": 1.4, "ls": (0, (4, 3))}
 
 
@@ -50,6 +57,9 @@ def oblique(building: Building) -> Figure:
     """Draw the whole building, its storeys lifted off each other [A8, Fig. 1]."""
     figure = _storeys(building, f"{building.title}, seen from the south-west", SOLID)
     page.legend(figure, page.swatches(building.kind))
+    figure.draw_without_rendering()
+    for area in building.areas:
+        _write_name(figure.axes[0], building, area)
     return figure
 
 
@@ -82,10 +92,7 @@ def closeup(building: Building) -> Figure:
 
 def _storeys(building: Building, title: str, look: Look) -> Figure:
     """Draw all storeys, joined by dashed lines through their stairwells [A3]."""
-    rows, cols = building.kind.shape[1:]
-    left, *_, north = page.extent_of(building)
-    away = min(cols / np.sin(TURN), rows / np.cos(TURN))  # across a floor, as one looks
-    lift = GAP + np.sin(TILT) * away
+    lift = lift_of(building)
     figure = page.sheet(title, 9, min(2.5 + 2.2 * building.floors, 9))
     axes = figure.subplots()
 
@@ -95,11 +102,42 @@ def _storeys(building: Building, title: str, look: Look) -> Figure:
         axes.text(-1, floor * lift, name, ha="right", va="center", fontsize=10)
         for shaft in building.stairwells:
             if shaft.leads_down(floor + 1):
-                x, y = np.subtract(shaft.centre, (left, north))
-                u, v = project(np.array((x, y, 0)))
+                u, v = _on_ground(building, shaft.centre)
                 ends = np.array((floor, floor + 1)) * lift
                 axes.plot([u, u], v + ends, **_LINK)
     return figure
+
+
+def lift_of(building: Building) -> float:
+    """How far above the one below a storey is drawn, metres on the page."""
+    rows, cols = building.kind.shape[1:]
+    away = min(cols / np.sin(TURN), rows / np.cos(TURN))  # across a floor, as one looks
+    return float(GAP + np.sin(TILT) * away)
+
+
+def _on_ground(building: Building, place: tuple[float, float]) -> np.ndarray:
+    """Find where a place of the lowest floor, metres, is on the page."""
+    left, *_, north = page.extent_of(building)
+    x, y = np.subtract(place, (left, north))
+    return project(np.array((x, y, 0)))
+
+
+def _write_name(axes: Axes, building: Building, area: Area) -> None:
+    """Write a room's name level over its widest part, if the map has one and it fits.
+
+    The part is seen as a parallelogram, whose lower edge a wall hides; the name has its
+    width half way up.
+    """
+    middle, (high, wide) = widest(area.cells)
+    across = min(wide / np.cos(TURN), high / np.sin(TURN))
+    size = level_size(area, points_per_metre(axes) * across, LARGEST_NAME)
+    if size:
+        u, v = _on_ground(building, building.metres(*middle))
+        v += (
+            area.floor * lift_of(building) + SOLID.heights[Kind.WALL] * np.cos(TILT) / 2
+        )
+        look: Style = {"ha": "center", "va": "center", "fontsize": size, **HALO}
+        axes.text(u, v, area.name, **look)
 
 
 def project(points: np.ndarray) -> np.ndarray:

@@ -17,9 +17,10 @@ from matplotlib.figure import Figure
 from reference import paper
 from reference.evaluation.score import Ruler, paper_ruler
 from reference.workshop.comparing.results import Cell
-from reference.workshop.drawing.crossplay import LINE_STYLES, players
+from reference.workshop.drawing.colours import colour_of
+from reference.workshop.drawing.crossplay import players
 from reference.workshop.drawing.evacuation import EMBER
-from reference.workshop.drawing.page import BLUE, TEXT, Style, legend, sheet
+from reference.workshop.drawing.page import BLUE, TEXT, Style, legend, sheet, shortened
 
 BEST_REWARD = 15_000.0  # R_b as the paper rounds it [F6]
 MARKERS = "oDs^vPX<>*hp"
@@ -84,8 +85,8 @@ def contours(
 ) -> Figure:
     """Draw E over R and h, the line E = 1, and each match as a point [F9] [F10].
 
-    Colours tell robots, as in evacuation curves of the same matches, again with a dark
-    edge from the ninth on; shapes tell fires.
+    Colours tell robots, as in every picture, with a dark edge where others before have
+    the same; shapes tell fires.
     Matches that lie off the ruler are left out.
     """
     shown = [cell for cell in cells if cell.score]
@@ -108,7 +109,7 @@ def contours(
 
     robots = players(cells, "robots")
     fires = players(cells, "fire")
-    colours = LINE_STYLES.by_key()["color"]
+    colours = [colour_of(name) for name in robots]
     for cell in shown:
         x, *across = cell.reward
         y, *up = cell.difficulty
@@ -116,13 +117,17 @@ def contours(
         marker = MARKERS[fires.index(cell.fire) % len(MARKERS)]
         name = fill(f"{cell.robots}, fire {cell.fire}", 30)
         team = robots.index(cell.robots)
-        look: Style = {"color": colours[team % 8], "mec": "white" if team < 8 else TEXT}
+        edge = TEXT if colours[team] in colours[:team] else "white"
+        look: Style = {"color": colours[team], "mec": edge}
         look |= {"ls": "", "marker": marker, "ms": 8, "clip_on": False}
         axes.plot(x, y, label=f"{name}  {ruler.score(x, y):.2f}", **look)
 
-    axes.set_title("Bold line: E = 1.  Points: means with 95 % intervals, and their E")
+    axes.set_title(
+        f"Bold line: E = 1, as good as {shortened(baseline, 40)}.  "
+        "Points: means with 95 % intervals, and their E"
+    )
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
-    figure.colorbar(shades, pad=0.02, label=f"score E; 1: as good as {baseline}")
+    figure.colorbar(shades, pad=0.02, label="score E")
     handles, _ = axes.get_legend_handles_labels()
     legend(figure, handles, ncols=4, fontsize=8)
     return figure

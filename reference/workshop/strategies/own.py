@@ -64,11 +64,18 @@ def is_code(word: str) -> bool:
 
 
 def class_in(file: Path, side: Side) -> str:
-    """Name the first class of a file that plays a side; NAME where none is found."""
+    """Name the first class of a file that plays a side; NAME where none is found.
+
+    One that is alone may have its `decide` from another file.
+    """
     with suppress(OSError, SyntaxError, ValueError):
-        for node in ast.parse(file.read_text("utf-8")).body:
-            if isinstance(node, ast.ClassDef) and _plays(node, side):
-                return node.name
+        nodes = ast.parse(file.read_text("utf-8")).body
+        classes = [node for node in nodes if isinstance(node, ast.ClassDef)]
+        playing = [node for node in classes if _plays(node, side)]
+        if playing:
+            return playing[0].name
+        if len(classes) == 1 and classes[0].bases:
+            return classes[0].name
     return "NAME"
 
 

@@ -333,7 +333,10 @@ class Training:
         }
 
     def facts(self) -> dict[str, Any]:
-        """Report players, progress, and the means of the last round's episodes."""
+        """Report players, progress, and the means of the last round's episodes.
+
+        inside: people whom the time limit found there; None where buildings are by lot
+        """
         told = ("fire_reward", "survival", "evacuated", "died")
         return {
             "preset": self.settings.preset,
@@ -344,7 +347,17 @@ class Training:
             "steps": {side: learner.steps for side, learner in self.learners.items()},
             "reward": self.latest.get("group_reward"),
             **{name: self.latest.get(name) for name in told},
+            "inside": self._mean_inside(),
         }
+
+    def _mean_inside(self) -> float | None:
+        """Average who was neither out nor dead when time was up, last round."""
+        family = self.task.family
+        if not self.latest or (family and not family.plans):
+            return None
+        floors = building_of(self.task.plans[0]).floors
+        people = sum(self.settings.scenario.start_counts(floors))
+        return people - self.latest["evacuated"] - self.latest["died"]
 
     # -- Checkpoints ----------------------------------------------------------------
 

@@ -101,6 +101,17 @@ class RunningMeans:
         return means
 
 
+@dataclass(frozen=True)
+class Levels:
+    """Means that do not change as a training goes on, to measure it by.
+
+    about: what they are means of;  means: of each guide, by column of the table
+    """
+
+    about: str
+    means: Mapping[str, Figures]
+
+
 def table_until(folder: Path, rounds: int) -> Table:
     """Go on with a training's table, without its rows of later rounds than `rounds`.
 
