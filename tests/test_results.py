@@ -6,6 +6,7 @@ no longer hold.
 """
 
 import json
+import re
 from itertools import product
 
 import pytest
@@ -19,6 +20,8 @@ CELLS = {
 }
 GUIDES = ("none", "sweep", "escort", "observer", "guard", "learned")
 FIRES = ("none", "random", "greedy", "closer", "busiest", "fixed", "learned")
+SCORED = ("none", "busiest")
+RULERS = {"the paper's ruler": "score", "`escort`'s own": "score_on_baseline"}
 SCRIPTED = ("random", "greedy", "closer", "busiest", "fixed")
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 RESULTS = (ROOT / "RESULTS.md").read_text(encoding="utf-8")
@@ -91,6 +94,32 @@ def test_a_row_of_a_table_is_that_of_the_kept_table(text, line):
     assert line in {"README": README, "RESULTS": RESULTS}[text].splitlines()
 
 
+def lines_of_scores() -> list[str]:
+    """How high `escort` scores on both rulers."""
+    return [
+        row(who, [f"{CELLS['escort', fire][name]['mean']:.2f}" for fire in SCORED])
+        for who, name in RULERS.items()
+    ]
+
+
+def findings() -> list[str]:
+    """Cells of the findings that rest on the contest."""
+    least = min(SCRIPTED, key=lambda fire: -figure("none", fire, "gain"))
+    low, high = (-figure("none", least, "gain", end) for end in ("high", "low"))
+    worth = -figure("none", least, "gain")
+    harm = figure("escort", "fixed") - figure("escort", "busiest")
+    lost = min(SCRIPTED, key=lambda fire: figure("learned", fire, "gain"))
+    worst = gain("learned", lost).replace(" [", " | [")
+    knows = gain("guard", "fixed").replace(" [", " | [")
+    return [
+        f"under every scripted fire | {worth:.1f} | [{low:.1f}, {high:.1f}] |",
+        f"than one that repeats itself | {harm:.1f} |",
+        f"who knows `fixed` saves 10 points more | {knows} |",
+        f"than `escort` under each hard fire | {worst} |",
+        f"does more harm than every rule | {figure('none', 'learned'):.1f} |",
+    ]
+
+
 def words(text: str) -> str:
     """A text on one line, so that its lines may break anywhere."""
     return " ".join(text.split())
@@ -101,7 +130,6 @@ def claims() -> list[tuple[str, str]]:
     guidance = [-figure("none", fire, "gain") for fire in SCRIPTED]
     hardest = min(max(figure(who, fire) for who in GUIDES) for fire in SCRIPTED)
     harm = figure("escort", "fixed") - figure("escort", "busiest")
-    calm = CELLS["escort", "none"]
     guarding = figure("guard", "fixed", "gain")
     return [
         (
@@ -123,22 +151,11 @@ def claims() -> list[tuple[str, str]]:
         ("RESULTS", f"95 % without fire | {figure('sweep', 'none'):.1f} |"),
         (
             "RESULTS",
-            f"has E = {calm['score']['mean']:.2f}, since its baseline is another "
-            "building's; on the ruler that `escort` calibrates over these fires it has "
-            f"{calm['score_on_baseline']['mean']:.2f} there and "
-            f"{CELLS['escort', 'busiest']['score_on_baseline']['mean']:.2f} under "
-            "`busiest`.",
+            "people without guides whom it leaves alive | "
+            f"{figure('none', 'learned'):.1f} |",
         ),
-        (
-            "RESULTS",
-            f"Under `fixed` it saves {guarding:.1f} points more "
-            f"than `escort`, under `closer` {-figure('guard', 'closer', 'gain'):.1f} "
-            "less",
-        ),
-        (
-            "RESULTS",
-            f"leaves {figure('none', 'learned'):.1f} % of people without guides alive",
-        ),
+        *[("RESULTS", line) for line in lines_of_scores()],
+        *[("RESULTS", line) for line in findings()],
     ]
 
 
@@ -146,6 +163,55 @@ def claims() -> list[tuple[str, str]]:
 def test_a_sentence_says_what_the_kept_table_says(text, claim):
     """Whoever measures anew is told which sentences to write anew."""
     assert claim in words({"README": README, "RESULTS": RESULTS}[text])
+
+
+# -- All of RESULTS: what its words say stands in a table ----------------------------
+
+SECTIONS = dict(
+    part.split("\n", 1) for part in re.split(r"^## ", RESULTS, flags=re.MULTILINE)[1:]
+)
+
+
+def tables_of(section: str) -> str:
+    """Its lines that belong to tables."""
+    return "\n".join(line for line in section.splitlines() if line.startswith("|"))
+
+
+def told_in(section: str) -> str:
+    """Its other lines."""
+    return "\n".join(line for line in section.splitlines() if line[:1] != "|")
+
+
+@pytest.mark.parametrize("name", SECTIONS)
+def test_a_figure_in_words_stands_in_a_table_of_its_section(name):
+    """Of figures with a decimal; a library's version is none."""
+    told = re.sub(r"\d+\.\d+\.\d+", "", told_in(SECTIONS[name]))
+    tables = re.findall(r"\d[\d,]*\.\d+", tables_of(SECTIONS[name]))
+    assert {*re.findall(r"\d[\d,]*\.\d+", told)} <= {*tables}
+
+
+@pytest.mark.parametrize("name", SECTIONS)
+def test_no_interval_stands_in_a_sentence(name):
+    """They belong to tables."""
+    assert not re.findall(r"\[−?\d", told_in(SECTIONS[name]))
+
+
+def lines_of_findings() -> list[list[str]]:
+    """Cells of the table at the head."""
+    head = RESULTS.split("\n## ", 1)[0]
+    rows = [line for line in head.splitlines() if re.match(r"\| \d", line)]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in rows]
+
+
+@pytest.mark.parametrize("cells", lines_of_findings(), ids=lambda cells: cells[0])
+def test_a_finding_stands_in_the_section_that_it_names(cells):
+    """Figure and interval, in its tables; signs may be turned."""
+    _, _, figure_told, interval, _, link = cells
+    name, place = re.fullmatch(r"\[(.+)\]\(#(.+)\)", link).groups()
+    (title,) = [title for title in SECTIONS if title.startswith(name)]
+    assert re.sub(r"[^a-z ]", "", title.lower()).replace(" ", "-") == place
+    known = re.findall(r"[\d.]+", tables_of(SECTIONS[title]))
+    assert {*re.findall(r"[\d.]+", figure_told + interval)} <= {*known}
 
 
 def test_the_contest_is_right():
