@@ -352,3 +352,8 @@ def test_the_command_draws_levels_or_says_why_not(tmp_path, monkeypatch, capsys)
     said = capsys.readouterr().err
     assert [*drawn[0].means] == ["none", "escort"] and drawn[1] is None
     assert "No lines of none and escort to compare with: they differ in" in said
+    (damaged,) = (tmp_path / "a").glob("checkpoint-*")
+    damaged.write_bytes(b"no checkpoint")
+    assert main(["curves", "a"]) == 0
+    assert drawn[2] is None
+    assert "Only tables are drawn" in capsys.readouterr().err

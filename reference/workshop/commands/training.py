@@ -179,12 +179,22 @@ def curves(arguments: Namespace) -> None:
     runs = [
         curves.read_summaries(run)._replace(name=name) for name, run in folders.items()
     ]
-    from reference.workshop.training.differing import tasks_of
-
-    tasks = tasks_of(folders)
+    tasks = _tasks(folders)
     about = _differences(tasks) if len(runs) > 1 else ""
     levels = _levels(list(tasks.values())) if len(tasks) == len(runs) else None
     print(save(curves.learning_curves(runs, about, levels), arguments.output))
+
+
+def _tasks(folders: dict[str, Path]) -> dict[str, Any]:
+    """Read what trainings are of; none where a checkpoint cannot be read."""
+    from reference.workshop.training.checkpoints import CheckpointError
+    from reference.workshop.training.differing import tasks_of
+
+    try:
+        return tasks_of(folders)
+    except CheckpointError as error:
+        print_note(f"Only tables are drawn, without what trainings are of: {error}")
+        return {}
 
 
 def _levels(tasks: list[Any]) -> Any:
