@@ -297,9 +297,11 @@ def test_every_metre_of_the_way_counts_the_same():
 @pytest.mark.paper("F11")
 def test_people_are_counted_where_they_are():
     """In rooms and on the stairs; nobody, no difficulty."""
-    sim = stage("#AA+pq.+r..E\n\n#AA+.st....#")
-    enter_stairs(sim.world, body("s"), sim.building.stairwells[0].entrances[1][0])
-    counts = [2, 1, 0, 1, 1]  # rooms, then stairs, floor by floor
+    sim = stage("#AA+pq.+r..E\n\n#AA+.stu...#")
+    for letter in "su":  # into the same cell
+        (entrance,) = sim.building.stairwells[0].entrances[1]
+        enter_stairs(sim.world, body(letter), entrance)
+    counts = [2, 1, 0, 1, 2]  # rooms, then stairs, floor by floor
     assert people_in(sim.world).tolist() == counts
     nobody = np.zeros(len(counts))
     assert difficulty(sim.building, np.zeros(sim.building.kind.shape), nobody) == 0

@@ -31,6 +31,7 @@ from reference.fire import NoFire, RandomFire
 from reference.paper import Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
+from reference.walking import enter_stairs
 from reference.workshop.strategies.worst_case import FirstDecision
 from reference.world import (
     NOBODY,
@@ -309,6 +310,19 @@ def test_a_burnt_door_is_passed_without_being_remembered(burnt):
     play_until(sim, lambda: sim.world.bodies.place[0] == beyond, seconds=5)
     assert list(me.doors) == [passed.door for passed in me.trail]
     assert me.doors == (set() if burnt else {door})
+
+
+@pytest.mark.paper("B4", "chosen")
+@pytest.mark.parametrize("ticks_left", [1, 2, 3])
+def test_who_comes_out_of_a_stairwell_thinks_at_once(ticks_left):
+    """In the very next tick, whatever one's turn."""
+    sim = stage("#AA+....E\n\n#AA+p...#")
+    bodies = sim.world.bodies
+    enter_stairs(sim.world, 0, sim.building.stairwells[0].entrances[1][0])
+    bodies.stairs_until[0] = ticks_left * sim.tick
+    play(sim, ticks_left * sim.tick)
+    assert bodies.walking[0]
+    assert sim.due[0]
 
 
 @pytest.mark.paper("B4", "chosen")
