@@ -27,7 +27,7 @@ from reference.building import Building, Kind
 from reference.fire import RandomFire
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.walking import enter_stairs
+from reference.walking import enter_stairs, free_for
 from reference.workshop import maps
 from reference.workshop.engine import to_the_end
 from reference.workshop.strategies import FIRES, ROBOTS
@@ -348,6 +348,13 @@ def test_everybody_begins_in_a_room_cell_of_their_own():
 
 
 @pytest.mark.paper("B8")
+def test_people_can_begin_on_some_floors_by_number():
+    """As many on each as is said, the lowest floor first."""
+    sim = run("paper", people=paper.PEOPLE, people_per_floor=(1, 3, 2))
+    assert np.bincount(sim.world.bodies.floor).tolist() == [1, 3, 2]
+
+
+@pytest.mark.paper("B8")
 @pytest.mark.parametrize("rooms", [("1/lobby",), ("1/lobby", "1/store")])
 def test_people_can_begin_in_rooms_by_name(rooms):
     """As a teacher says it: twelve in the lobby, or in the lobby and the store."""
@@ -438,6 +445,7 @@ def test_two_who_enter_the_stairs_together_pass_every_landing_together():
     for i in (0, 1):
         enter_stairs(sim.world, i, sim.building.stairwells[0].entrances[4][0])
     play_until(sim, lambda: not people.floor.any())
+    assert (people.place < sim.navigation.floor_size).all()
     for i in (0, 1):
         passed = [event.time for event in sim.events if event.person == i]
         late = np.subtract(passed, flight * np.arange(1, 4))
@@ -516,6 +524,16 @@ def test_stairs_let_fewer_people_through_than_doors():
     times = [event.time for event in events_of(sim, LeftFloor) if event.floor == 1]
     assert len(times) == 11
     assert times[-1] - times[0] >= 10 / paper.STAIRS_FLOW - sim.tick
+
+
+@pytest.mark.paper("A5", "deviation")
+def test_a_full_door_lets_nobody_in_but_who_is_there():
+    """p stands in it, q before it."""
+    sim = stage("#p.q+...E", at="p+")
+    full = np.array([True, False, False])  # the door, the exit, no landmark
+    door = np.array([sim.building.landmarks[0].position] * 2)
+    free = free_for(sim.world, np.arange(2), full)
+    assert free(door, np.arange(2)).tolist() == [True, False]
 
 
 @pytest.mark.paper("A5", "deviation")

@@ -473,6 +473,17 @@ def test_all_who_are_held_up_plan_again_from_cell_to_cell():
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
+def test_one_who_is_reckless_makes_nobody_else_so():
+    """The flame is barred for q, though p may enter it."""
+    sim = stage("#p*q..E")
+    sim.world.bodies.reckless_until[0] = 1.0
+    flame = sim.building.metres(1, 2)
+    both = np.arange(2)
+    free = free_for(sim.world, both, np.zeros_like(sim.full_until, bool))
+    assert free(np.array([flame, flame]), both).tolist() == [True, False]
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
 def test_recklessness_lasts_as_long_whenever_it_begins():
     """The stuck may enter flames for RECKLESS_SECONDS, however ticks round."""
     for begun in (0, 39 * 0.6, 78 * 0.6, 117 * 0.6):

@@ -43,6 +43,7 @@ from reference.world import (
     FireLit,
     Goal,
     Mode,
+    Passed,
 )
 
 LOSS = paper.HEALTH_RATE * paper.FRAMES_PER_TICK
@@ -235,6 +236,15 @@ def test_flames_move_on_once_a_second():
     assert np.mod(changes, paper.FLAME_SECONDS) == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.paper("A5")
+def test_a_door_is_entered_from_the_room_of_who_enters_it():
+    """q does; p walks in another room meanwhile."""
+    sim = stage("#p.......+...q+....E", leads="pq")
+    area = int(sim.building.area.flat[sim.world.bodies.place[body("q")]])
+    play_until(sim, lambda: mind(sim, "q").doors)
+    assert mind(sim, "q").trail == [Passed(mark(sim, "+2"), area)]
+
+
 # -- SETTLE -------------------------------------------------------------------------
 
 
@@ -258,6 +268,7 @@ def test_health_falls_before_deaths_are_settled():
     assert sim.world.bodies.fate.tolist() == [Fate.DEAD, Fate.INSIDE, Fate.DEAD]
     assert sim.world.bodies.health[[0, 2]].tolist() == [0, 0]
     assert show(sim) == "#x.q.x..E"
+    assert not sim.step()  # nobody dies twice
 
 
 @pytest.mark.paper("B7", "A4")
