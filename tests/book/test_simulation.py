@@ -508,10 +508,8 @@ def test_two_who_pass_an_exit_in_one_tick_are_both_out_and_fill_it_twice():
     sim = stage("####\n#p.E\n#q.E\n####", leads="pq")
     play_until(sim, lambda: events_of(sim, Evacuated))
     now = sim.world.time
-    assert [(e.person, e.time) for e in events_of(sim, Evacuated)] == [
-        (0, now),
-        (1, now),
-    ]
+    out = [(event.person, event.time) for event in events_of(sim, Evacuated)]
+    assert out == [(0, now), (1, now)]
     full = sim.full_until[0] - (now - sim.tick)
     assert full == pytest.approx(2 / (2 * paper.DOOR_FLOW))
 

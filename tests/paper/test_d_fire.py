@@ -426,12 +426,12 @@ def test_two_flames_side_by_side_are_no_hotter_than_one():
         #...h...E
         #########
         """
-    flames = stage(board.replace("h", ".")).world.flames
+    fire = stage(board.replace("h", ".")).world.flames
     harm = {"*": paper.BURN_LOSS, "h": paper.HEAT_LOSS}
     cost = {"*": paper.BURN_COST, "h": paper.HEAT_COST}
     for row, signs in enumerate(drawn(board).splitlines()):
-        assert flames.harm[0, row].tolist() == [harm.get(sign, 0) for sign in signs]
-        assert flames.cost[0, row].tolist() == [cost.get(sign, 1) for sign in signs]
+        assert fire.harm[0, row].tolist() == [harm.get(sign, 0) for sign in signs]
+        assert fire.cost[0, row].tolist() == [cost.get(sign, 1) for sign in signs]
 
 
 # -- Doors --------------------------------------------------------------------------

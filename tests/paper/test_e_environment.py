@@ -266,7 +266,7 @@ def test_a_floor_s_share_goes_from_its_lower_edge_up_to_the_next_floor_s(storeys
     assert [floor(edge - 1e-9) for edge in edges] == list(range(storeys - 1))
     assert [floor(edge + 1e-9) for edge in edges] == list(range(1, storeys))
     assert (floor(-1.0), floor(1.0)) == (0, storeys - 1)
-    if storeys <= 5:  # with six -2/3 is rounded up
+    if storeys <= 5:  # from six on an edge itself may be rounded down
         assert [floor(edge) for edge in edges] == list(range(1, storeys))
 
 
