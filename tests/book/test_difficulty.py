@@ -174,6 +174,20 @@ def test_the_only_door_of_a_full_room_counts_more_than_an_empty_closet():
     assert full > closet == 0
 
 
+@pytest.mark.paper("F11")
+def test_each_of_the_people_counts_the_same():
+    """Three in the room that burns and one in the other: three quarters, on the scale
+    of squares."""
+    building = built("#...+..E..+...#")
+    fire = burning(building, building.area == room(building, 0))
+    squares = []
+    for counts in ([1, 0, 0, 0], [0, 0, 0, 1], [3, 0, 0, 1]):
+        squares.append(difficulty(building, fire, np.array(counts)) ** 2)
+    burns, safe, all_four = squares
+    assert burns > safe == 0
+    assert all_four == pytest.approx(0.75 * burns)
+
+
 # -- Ways and flames ----------------------------------------------------------------
 
 

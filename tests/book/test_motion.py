@@ -102,6 +102,15 @@ def test_of_two_in_each_others_way_only_one_waits():
 
 
 @pytest.mark.paper("A9", "chosen")
+def test_of_two_with_equally_far_to_go_the_second_waits():
+    """And the first does not."""
+    track = walk([[-0.5, 0], [0.5, 0]], [[8.5, 5], [-8.5, -5]], ticks=1)
+    steps = np.hypot(*np.diff(track, axis=0)[0].T)
+    gap = 1.0 - 2 * BODY_RADIUS
+    assert steps == pytest.approx([STRIDE, gap / paper.GAP_SECONDS * TICK], rel=1e-3)
+
+
+@pytest.mark.paper("A9", "chosen")
 def test_speed_falls_with_the_gap_ahead():
     """Behind somebody slow one walks no faster, and touches nobody."""
     pace = np.array([WALKING_SPEED, 0.5])

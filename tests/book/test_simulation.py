@@ -347,6 +347,17 @@ def test_everybody_begins_in_a_room_cell_of_their_own():
     assert (now.health == paper.HEALTH).all()
 
 
+@pytest.mark.paper("A9", "chosen")
+@pytest.mark.paper("F8", "chosen")
+def test_everybody_has_a_pace_of_their_own():
+    """Normally distributed, no farther from the mean than two deviations."""
+    pace = run("paper", people=1000).world.bodies.pace
+    assert pace.mean() == pytest.approx(paper.WALKING_SPEED, abs=0.03)
+    assert pace.std() == pytest.approx(paper.WALKING_SPREAD, rel=0.1)
+    off = np.abs(pace - paper.WALKING_SPEED)
+    assert off.max() <= 2 * paper.WALKING_SPREAD + 1e-9
+
+
 @pytest.mark.paper("B8")
 def test_people_can_begin_on_some_floors_by_number():
     """As many on each as is said, the lowest floor first."""
@@ -430,6 +441,23 @@ def test_who_comes_down_steps_out_into_the_first_free_cell(standing, row):
     sim.step()
     assert (people.walking[s], people.floor[s]) == (True, 0)
     assert sim.building.cell(*people.position[s]) == (row, 3)
+
+
+@pytest.mark.paper("A3")
+def test_whoever_goes_down_a_stairwell_comes_out_of_the_same():
+    """p by A and q by B; on the stairs each is in a cell of theirs."""
+    sim = stage("#AA+......+BB#\n\n#AA+.p..q.+BB#")
+    people = sim.world.bodies
+    cells = []
+    for i, well in enumerate(sim.building.stairwells):
+        enter_stairs(sim.world, i, *well.entrances[1])
+        people.stairs_until[i] = sim.tick
+        cells.append(sim.building.cell(*people.position[i]))
+    sim.step()
+    assert people.walking.all() and not people.floor.any()
+    assert [sim.building.signs[0, row, col] for row, col in cells] == ["A", "B"]
+    out = [sim.building.cell(*position) for position in people.position]
+    assert out == [(1, 3), (1, 10)]
 
 
 @pytest.mark.paper("A3", "chosen")
@@ -540,6 +568,7 @@ def test_who_is_in_a_full_door_walks_on():
     sim = stage("#p..+....E")
     play_until(sim, lambda: sim.world.minds[0].doors)
     assert sim.full_until[0] > sim.world.time
+    assert not sim.full_until[1:].any()  # no other door is
     x = sim.world.bodies.position[0, 0]
     play(sim, 0.6)
     walked = sim.world.bodies.position[0, 0] - x

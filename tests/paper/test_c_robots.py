@@ -385,6 +385,14 @@ def test_a_metre_in_flames_counts_more_than_one_beside_them():
 
 
 @pytest.mark.paper("C8")
+def test_robots_above_everybody_have_finished_before_they_begin():
+    """Nobody will come through their floors."""
+    scene = Scenario(people_per_floor=(5, 0, 0))
+    robots = Simulation(shipped("paper"), scene, Sweep()).world.robots
+    assert [robot.active for robot in robots] == [True] * 2 + [False] * 4
+
+
+@pytest.mark.paper("C8")
 def test_a_robot_that_has_finished_is_followed_no_more():
     """Who still sees it walks on alone."""
     assert sets_off("#p.R.+....E") == "#p.!.+....E"
