@@ -174,6 +174,20 @@ def test_the_only_door_of_a_full_room_counts_more_than_an_empty_closet():
     assert full > closet == 0
 
 
+@pytest.mark.paper("F11")
+def test_each_of_the_people_counts_the_same():
+    """Three in the room that burns and one in the other: three quarters, on the scale
+    of squares."""
+    building = built("#...+..E..+...#")
+    fire = burning(building, building.area == room(building, 0))
+    squares = []
+    for counts in ([1, 0, 0, 0], [0, 0, 0, 1], [3, 0, 0, 1]):
+        squares.append(difficulty(building, fire, np.array(counts)) ** 2)
+    burns, safe, all_four = squares
+    assert burns > safe == 0
+    assert all_four == pytest.approx(0.75 * burns)
+
+
 # -- Ways and flames ----------------------------------------------------------------
 
 
@@ -297,9 +311,11 @@ def test_every_metre_of_the_way_counts_the_same():
 @pytest.mark.paper("F11")
 def test_people_are_counted_where_they_are():
     """In rooms and on the stairs; nobody, no difficulty."""
-    sim = stage("#AA+pq.+r..E\n\n#AA+.st....#")
-    enter_stairs(sim.world, body("s"), sim.building.stairwells[0].entrances[1][0])
-    counts = [2, 1, 0, 1, 1]  # rooms, then stairs, floor by floor
+    sim = stage("#AA+pq.+r..E\n\n#AA+.stu...#")
+    for letter in "su":  # into the same cell
+        (entrance,) = sim.building.stairwells[0].entrances[1]
+        enter_stairs(sim.world, body(letter), entrance)
+    counts = [2, 1, 0, 1, 2]  # rooms, then stairs, floor by floor
     assert people_in(sim.world).tolist() == counts
     nobody = np.zeros(len(counts))
     assert difficulty(sim.building, np.zeros(sim.building.kind.shape), nobody) == 0

@@ -66,6 +66,15 @@ def test_a_body_slides_along_a_wall_towards_its_aim(along):
 
 
 @pytest.mark.paper("A9", "chosen")
+def test_all_who_can_go_nowhere_stay_where_they_are():
+    """Two in niches of their own, nine metres apart."""
+    start = [[0, 0], [9, 9]]
+    aim = [[5, 5], [14, 14]]
+    track = walk(start, aim, 5, lambda at: (at % 9 < 0.1).all(axis=1))
+    assert np.array_equal(track[-1], track[0])
+
+
+@pytest.mark.paper("A9", "chosen")
 def test_where_both_ways_along_a_wall_are_free_a_body_slides_east_or_west():
     """At a corner it meets on the diagonal; then it goes on northwards."""
     track = walk([[0, 0]], [[5, 5]], 1, lambda at: (at <= 0.1).any(axis=1))
@@ -89,6 +98,15 @@ def test_of_two_in_each_others_way_only_one_waits():
     track = walk([[0, 0], [0.8, 0]], [[8.7, 5], [-9.6, -6]], ticks=1)
     steps = np.hypot(*np.diff(track, axis=0)[0].T)
     gap = 0.8 - 2 * BODY_RADIUS
+    assert steps == pytest.approx([STRIDE, gap / paper.GAP_SECONDS * TICK], rel=1e-3)
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_of_two_with_equally_far_to_go_the_second_waits():
+    """And the first does not."""
+    track = walk([[-0.5, 0], [0.5, 0]], [[8.5, 5], [-8.5, -5]], ticks=1)
+    steps = np.hypot(*np.diff(track, axis=0)[0].T)
+    gap = 1.0 - 2 * BODY_RADIUS
     assert steps == pytest.approx([STRIDE, gap / paper.GAP_SECONDS * TICK], rel=1e-3)
 
 

@@ -140,6 +140,19 @@ def test_of_two_equally_near_free_places_the_first_is_taken():
     assert nav.nearest_free(0, x, y) == nav.cols + 2
 
 
+def test_the_next_place_of_a_way_is_on_its_own_floor():
+    """On the second floor the way round the pillar is the other one."""
+    lower = "#####\n#..##\n#.#.#\n#...E\n#####"
+    upper = "#####\n#...#\n#.#.#\n##..#\n#####"
+    nav = navigation_of(built(f"{lower}\n\n{upper}"))
+    start, goal, south, east = (
+        row * nav.cols + col for row, col in ((1, 1), (3, 3), (2, 1), (1, 2))
+    )
+    assert nav.next_place(start, goal) == south
+    up = nav.floor_size
+    assert nav.next_place(up + start, up + goal) == up + east
+
+
 def test_the_place_beyond_a_door_is_on_its_other_side():
     """Seen from either room."""
     building = built("#..+..E")

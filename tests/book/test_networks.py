@@ -17,6 +17,7 @@ from reference.learning.networks import (
     ActionDistribution,
     Actor,
     Encoder,
+    GaussianHead,
     GridEncoder,
     Normaliser,
 )
@@ -231,6 +232,15 @@ def test_entropy_is_a_mean_over_dimensions_and_a_sum_over_branches():
     policy = ActionDistribution(torch.zeros(1, 2), torch.tensor([0.0, -1.0]), branches)
     expected = (1.418939 + 0.418939) / 2 + math.log(2) + math.log(3)
     assert policy.entropy().item() == pytest.approx(expected)
+
+
+@pytest.mark.paper("E3", "D2")
+def test_each_branch_has_a_layer_of_its_own():
+    """Two of three options each."""
+    head = GaussianHead(4, replace(SIZES, branches=(3, 3)))
+    x = torch.randn(5, 4)
+    for branch, layer in zip(head(x, x).branches, head.branches, strict=True):
+        assert torch.allclose(branch.probs, layer(x).softmax(-1), atol=1e-6)
 
 
 @pytest.mark.paper("E3")

@@ -152,6 +152,14 @@ def test_rays_do_not_depend_on_the_last_digits_of_sine_and_cosine(towards, monke
 
 
 @pytest.mark.paper("B2")
+def test_a_patch_of_floor_lies_on_one_floor():
+    """What one has seen below is not explored above."""
+    sight = sight_of(shipped("paper"), SIGHT_RANGE)
+    below, middle, above = map(set, sight.patches.reshape(3, -1).tolist())
+    assert len(below | middle | above) == 3 * len(below)
+
+
+@pytest.mark.paper("B2")
 def test_a_ray_that_returns_nothing_is_unexplored():
     """Along a corridor longer than sight; the walls on both sides are hit."""
     sim = stage("#p.......E")

@@ -119,8 +119,8 @@ def test_each_round_both_sides_learn_and_play_the_next_with_what_they_learned():
     scene = replace(SCENARIO, time_limit=70.0)
     learners = {s: learner_for(s, TINY, scene, table, seed=1) for s in SIDES}
     before = {side: player_of(learner) for side, learner in learners.items()}
-    rounds = adversarial_rounds(TINY, scene, learners, [(1,), (2,)])
-    next(rounds)
+    rounds = adversarial_rounds(TINY, scene, learners, [(1, 3), (2,)])
+    assert [episode.seed for episode in next(rounds)] == [1, 3]
     after = {side: player_of(learner) for side, learner in learners.items()}
     for side in SIDES:
         one, other = (p[side].weights["head.mean.weight"] for p in (before, after))

@@ -27,7 +27,7 @@ from reference.building import Building, Kind
 from reference.fire import RandomFire
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.walking import enter_stairs
+from reference.walking import enter_stairs, free_for
 from reference.workshop import maps
 from reference.workshop.engine import to_the_end
 from reference.workshop.strategies import FIRES, ROBOTS
@@ -347,6 +347,24 @@ def test_everybody_begins_in_a_room_cell_of_their_own():
     assert (now.health == paper.HEALTH).all()
 
 
+@pytest.mark.paper("A9", "chosen")
+@pytest.mark.paper("F8", "chosen")
+def test_everybody_has_a_pace_of_their_own():
+    """Normally distributed, no farther from the mean than two deviations."""
+    pace = run("paper", people=1000).world.bodies.pace
+    assert pace.mean() == pytest.approx(paper.WALKING_SPEED, abs=0.03)
+    assert pace.std() == pytest.approx(paper.WALKING_SPREAD, rel=0.1)
+    off = np.abs(pace - paper.WALKING_SPEED)
+    assert off.max() <= 2 * paper.WALKING_SPREAD + 1e-9
+
+
+@pytest.mark.paper("B8")
+def test_people_can_begin_on_some_floors_by_number():
+    """As many on each as is said, the lowest floor first."""
+    sim = run("paper", people=paper.PEOPLE, people_per_floor=(1, 3, 2))
+    assert np.bincount(sim.world.bodies.floor).tolist() == [1, 3, 2]
+
+
 @pytest.mark.paper("B8")
 @pytest.mark.parametrize("rooms", [("1/lobby",), ("1/lobby", "1/store")])
 def test_people_can_begin_in_rooms_by_name(rooms):
@@ -425,6 +443,23 @@ def test_who_comes_down_steps_out_into_the_first_free_cell(standing, row):
     assert sim.building.cell(*people.position[s]) == (row, 3)
 
 
+@pytest.mark.paper("A3")
+def test_whoever_goes_down_a_stairwell_comes_out_of_the_same():
+    """p by A and q by B; on the stairs each is in a cell of theirs."""
+    sim = stage("#AA+......+BB#\n\n#AA+.p..q.+BB#")
+    people = sim.world.bodies
+    cells = []
+    for i, well in enumerate(sim.building.stairwells):
+        enter_stairs(sim.world, i, *well.entrances[1])
+        people.stairs_until[i] = sim.tick
+        cells.append(sim.building.cell(*people.position[i]))
+    sim.step()
+    assert people.walking.all() and not people.floor.any()
+    assert [sim.building.signs[0, row, col] for row, col in cells] == ["A", "B"]
+    out = [sim.building.cell(*position) for position in people.position]
+    assert out == [(1, 3), (1, 10)]
+
+
 @pytest.mark.paper("A3", "chosen")
 def test_two_who_enter_the_stairs_together_pass_every_landing_together():
     """Three landings and 20.1 s a flight, to the tick: the second flight begins when
@@ -438,6 +473,7 @@ def test_two_who_enter_the_stairs_together_pass_every_landing_together():
     for i in (0, 1):
         enter_stairs(sim.world, i, sim.building.stairwells[0].entrances[4][0])
     play_until(sim, lambda: not people.floor.any())
+    assert (people.place < sim.navigation.floor_size).all()
     for i in (0, 1):
         passed = [event.time for event in sim.events if event.person == i]
         late = np.subtract(passed, flight * np.arange(1, 4))
@@ -500,10 +536,8 @@ def test_two_who_pass_an_exit_in_one_tick_are_both_out_and_fill_it_twice():
     sim = stage("####\n#p.E\n#q.E\n####", leads="pq")
     play_until(sim, lambda: events_of(sim, Evacuated))
     now = sim.world.time
-    assert [(e.person, e.time) for e in events_of(sim, Evacuated)] == [
-        (0, now),
-        (1, now),
-    ]
+    out = [(event.person, event.time) for event in events_of(sim, Evacuated)]
+    assert out == [(0, now), (1, now)]
     full = sim.full_until[0] - (now - sim.tick)
     assert full == pytest.approx(2 / (2 * paper.DOOR_FLOW))
 
@@ -519,11 +553,22 @@ def test_stairs_let_fewer_people_through_than_doors():
 
 
 @pytest.mark.paper("A5", "deviation")
+def test_a_full_door_lets_nobody_in_but_who_is_there():
+    """p stands in it, q before it."""
+    sim = stage("#p.q+...E", at="p+")
+    full = np.array([True, False, False])  # the door, the exit, no landmark
+    door = np.array([sim.building.landmarks[0].position] * 2)
+    free = free_for(sim.world, np.arange(2), full)
+    assert free(door, np.arange(2)).tolist() == [True, False]
+
+
+@pytest.mark.paper("A5", "deviation")
 def test_who_is_in_a_full_door_walks_on():
     """It is full for others: p, who fills it, does not slow down in it."""
     sim = stage("#p..+....E")
     play_until(sim, lambda: sim.world.minds[0].doors)
     assert sim.full_until[0] > sim.world.time
+    assert not sim.full_until[1:].any()  # no other door is
     x = sim.world.bodies.position[0, 0]
     play(sim, 0.6)
     walked = sim.world.bodies.position[0, 0] - x

@@ -39,7 +39,7 @@ from scipy.ndimage import label
 from reference import paper
 from reference.building import Building, Kind
 from reference.floorplan import Drawing, Storey
-from reference.humans import pass_landmark, stuck, think
+from reference.humans import look_again, pass_landmark, stuck, think
 from reference.paper import Scenario
 from reference.robots import followers_of
 from reference.simulation import Simulation
@@ -389,8 +389,10 @@ def test_an_unvisited_door_comes_before_an_unexplored_direction():
 @pytest.mark.paper("B6", "Alg. 2:6-7, chosen: become their follower")
 def test_of_two_suitable_leaders_the_higher_rank_is_followed():
     """Both head for the door where p wants to go; r outranks q, though q is nearer."""
-    board = "#p.q.r.+...E"
-    assert sets_off(board, leads="pqr", sight_range=8) == "#p.q.!.+...E"
+    sim = stage("#p.q.r.+...E", leads="pqr", sight_range=8)
+    mind(sim, "q").pause_until = 99.0  # else q would follow r
+    assert thinks(sim, "q") == thinks(sim, "r") == "#p.q.r.!...E"
+    assert thinks(sim) == "#p.q.!.+...E"
 
 
 # -- Stuck --------------------------------------------------------------------------
@@ -450,11 +452,13 @@ def test_who_follows_gets_stuck_before_flames_and_passes_them():
 
 @pytest.mark.paper("B5", "stuck, chosen")
 def test_one_who_walks_on_does_not_keep_another_from_being_stuck():
-    """q gets out; p does not move."""
-    board = "#############\n#p..........E\n#q..........E\n#############"
-    sim = stage(board, still="p", sight_range=12)
+    """q gets out; p and r do not move, and are stuck from the same moment on."""
+    rows = [f"#{who}..........E" for who in "pqr"]
+    board = "\n".join(["#############", *rows, "#############"])
+    sim = stage(board, leads="pqr", still="pr", sight_range=12)
     play(sim, paper.STUCK_SECONDS + 1)
-    assert (sim.world.bodies.reckless_until > sim.world.time).tolist() == [True, False]
+    p, q, r = sim.world.bodies.reckless_until
+    assert p == r > sim.world.time > q
 
 
 @pytest.mark.paper("A9", "chosen")
@@ -466,6 +470,17 @@ def test_all_who_are_held_up_plan_again_from_cell_to_cell():
     bodies.anchor_time[:2] = -paper.DETOUR_SECONDS - 0.1
     found = targets(sim.world, np.arange(3))
     assert [sim.building.cell(*metres) for metres in found] == [(1, 2), (1, 7), (1, 15)]
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_one_who_is_reckless_makes_nobody_else_so():
+    """The flame is barred for q, though p may enter it."""
+    sim = stage("#p*q..E")
+    sim.world.bodies.reckless_until[0] = 1.0
+    flame = sim.building.metres(1, 2)
+    both = np.arange(2)
+    free = free_for(sim.world, both, np.zeros_like(sim.full_until, bool))
+    assert free(np.array([flame, flame]), both).tolist() == [True, False]
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
@@ -602,6 +617,14 @@ def test_a_goal_is_kept_until_another_is_much_nearer(metres_nearer, kept):
     farther = mark(sim, Kind.DOOR, 2)
     mind(sim, "p").goal = Goal(Aim.LANDMARK, farther)
     assert decide(sim, "p")[1] == (farther if kept else near)
+
+
+@pytest.mark.paper("B6", "hysteresis, chosen")
+def test_a_stairway_is_kept_though_another_one_is_a_little_nearer():
+    """p has set off to B, and passes A."""
+    sim = stage("#AA+......+BB#\n\n#AA+..p...+BB#", leads="p")
+    mind(sim, "p").goal = Goal(Aim.LANDMARK, mark(sim, "+4"))
+    assert thinks(sim).splitlines()[-1] == "#AA+..p...!BB#"
 
 
 # -- Suitable leaders ---------------------------------------------------------------
@@ -816,6 +839,25 @@ def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
     play_until(sim, lambda: events_of(sim, Evacuated), 12)
 
 
+@pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
+def test_floor_to_look_at_stays_the_goal_when_it_goes_out_of_sight():
+    """Round the corner, to the niche; not to the nearest floor that p sees."""
+    board = """
+        #########
+        #.....p.#
+        #.#######
+        #.#######
+        #########
+        """
+    sim = stage(board, leads="p")
+    me = mind(sim, "p")
+    corner = sim.navigation.cols + 1
+    me.been = dict.fromkeys(range(corner + 3, corner + 7))
+    me.goal = Goal(Aim.DIRECTION, place=corner + 2 * sim.navigation.cols)
+    assert me.goal.place not in view(sim, "p").ground
+    assert look_again(me, view(sim, "p")) == me.goal
+
+
 @pytest.mark.paper("A9", "chosen")
 @pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 @given(GRIDS, st.integers(0, 99), st.sampled_from([1.0, 2.5, paper.SIGHT_RANGE]))
@@ -891,6 +933,18 @@ CROSSROADS = "#..........p...........E"
 def test_a_patch_of_floor_already_seen_is_no_unexplored_direction(before, after):
     """Both ways lie open; p has been at the end of one and takes the other."""
     assert sets_off(before) == after
+
+
+@pytest.mark.paper("B2")
+def test_both_ends_of_a_corridor_are_unexplored_directions():
+    """And all patches of floor that p sees well are explored: four here."""
+    sim = stage(CROSSROADS, sight_range=9)
+    p = int(sim.world.bodies.place[0])
+    seen = view(sim, "p")
+    assert {way.place for way in seen.open} == {p - 9, p + 9}
+    well = 9 - int(paper.DIM_METRES)
+    assert seen.looked_at == {*sim.sight.patches[p - well : p + well + 1].tolist()}
+    assert len(seen.looked_at) == 4
 
 
 @pytest.mark.paper("B2")

@@ -31,6 +31,7 @@ from reference.fire import NoFire, RandomFire
 from reference.paper import Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
+from reference.walking import enter_stairs
 from reference.workshop.strategies.worst_case import FirstDecision
 from reference.world import (
     NOBODY,
@@ -42,6 +43,7 @@ from reference.world import (
     FireLit,
     Goal,
     Mode,
+    Passed,
 )
 
 LOSS = paper.HEALTH_RATE * paper.FRAMES_PER_TICK
@@ -257,6 +259,7 @@ def test_health_falls_before_deaths_are_settled():
     assert sim.world.bodies.fate.tolist() == [Fate.DEAD, Fate.INSIDE, Fate.DEAD]
     assert sim.world.bodies.health[[0, 2]].tolist() == [0, 0]
     assert show(sim) == "#x.q.x..E"
+    assert not sim.step()  # nobody dies twice
 
 
 @pytest.mark.paper("B7", "A4")
@@ -297,6 +300,15 @@ def test_a_wide_door_fires_once_for_who_walks_from_one_of_its_cells_to_the_next(
 
 
 @pytest.mark.paper("A5")
+def test_a_door_is_entered_from_the_room_of_who_enters_it():
+    """q does; p walks in another room meanwhile."""
+    sim = stage("#p.......+...q+....E", leads="pq")
+    area = int(sim.building.area.flat[sim.world.bodies.place[body("q")]])
+    play_until(sim, lambda: mind(sim, "q").doors)
+    assert mind(sim, "q").trail == [Passed(mark(sim, "+2"), area)]
+
+
+@pytest.mark.paper("A5")
 @pytest.mark.parametrize("burnt", [False, True])
 def test_a_burnt_door_is_passed_without_being_remembered(burnt):
     """It is no landmark any more [A6]; the hole that it leaves is walked through."""
@@ -309,6 +321,19 @@ def test_a_burnt_door_is_passed_without_being_remembered(burnt):
     play_until(sim, lambda: sim.world.bodies.place[0] == beyond, seconds=5)
     assert list(me.doors) == [passed.door for passed in me.trail]
     assert me.doors == (set() if burnt else {door})
+
+
+@pytest.mark.paper("B4", "chosen")
+@pytest.mark.parametrize("ticks_left", [1, 2, 3])
+def test_who_comes_out_of_a_stairwell_thinks_at_once(ticks_left):
+    """In the very next tick, whatever one's turn."""
+    sim = stage("#AA+....E\n\n#AA+p...#")
+    bodies = sim.world.bodies
+    enter_stairs(sim.world, 0, sim.building.stairwells[0].entrances[1][0])
+    bodies.stairs_until[0] = ticks_left * sim.tick
+    play(sim, ticks_left * sim.tick)
+    assert bodies.walking[0]
+    assert sim.due[0]
 
 
 @pytest.mark.paper("B4", "chosen")

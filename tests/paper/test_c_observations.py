@@ -184,7 +184,7 @@ def test_the_number_of_robots_at_work_in_the_team_is_there():
 
 
 @pytest.mark.paper("C1", "D1")
-@pytest.mark.paper("C8")
+@pytest.mark.paper("C4", "C8")
 def test_worlds_observed_at_once_are_observed_as_if_alone():
     """Their people, robots at work, fires and times are their own."""
     sims = [scene(), scene(seconds=30), scene(seconds=30)]

@@ -254,6 +254,18 @@ def test_of_two_stairwells_over_the_same_cells_the_one_that_leads_down_is_meant(
     assert said_on_the_way(building, 2, b.centre) == NOWHERE
 
 
+@pytest.mark.paper(
+    "C7", "Alg. 3:5, chosen: tell followers what goes with that destination"
+)
+def test_of_two_stairwells_that_lead_down_each_is_meant_by_its_middle():
+    """On every floor above the first."""
+    building = shipped("paper")
+    for well in building.stairwells:
+        for floor in (1, 2):
+            said = said_on_the_way(building, floor, well.centre)
+            assert said == well.entrances[floor][0]
+
+
 @pytest.mark.paper("A3")
 @pytest.mark.paper(
     "C7", "Alg. 3:5, chosen: tell followers what goes with that destination"
@@ -370,6 +382,14 @@ def test_a_metre_in_flames_counts_more_than_one_beside_them():
         #############    #############
         """)
     assert later(board, 4, still="p") == after
+
+
+@pytest.mark.paper("C8")
+def test_robots_above_everybody_have_finished_before_they_begin():
+    """Nobody will come through their floors."""
+    scene = Scenario(people_per_floor=(5, 0, 0))
+    robots = Simulation(shipped("paper"), scene, Sweep()).world.robots
+    assert [robot.active for robot in robots] == [True] * 2 + [False] * 4
 
 
 @pytest.mark.paper("C8")

@@ -243,13 +243,13 @@ def test_the_fires_action_is_read_at_every_fifth_decision():
     ("number", "floor"), [(-1, 0), (-0.34, 0), (-0.3, 1), (0.3, 1), (0.34, 2), (1, 2)]
 )
 def test_the_fires_first_number_is_the_floor(number, floor):
-    """Thirds of [-1, 1] for three floors."""
+    """Thirds of [-1, 1] for three floors; the others are x and y."""
     environment = game("paper", people=1)
     actions = idle(environment)
     for _ in range(3):
-        environment.step(actions | {FIRE: [number, 0.0, 0.0]})
+        environment.step(actions | {FIRE: [number, 0.26, -0.51]})
     (event,) = asked(environment)
-    assert (event.floor, event.x, event.y) == (floor, 0.5, 0.5)
+    assert (event.floor, event.x, event.y) == (floor, 5.5, -10.5)
 
 
 @pytest.mark.paper("D2", "deviation")
@@ -266,7 +266,7 @@ def test_a_floor_s_share_goes_from_its_lower_edge_up_to_the_next_floor_s(storeys
     assert [floor(edge - 1e-9) for edge in edges] == list(range(storeys - 1))
     assert [floor(edge + 1e-9) for edge in edges] == list(range(1, storeys))
     assert (floor(-1.0), floor(1.0)) == (0, storeys - 1)
-    if storeys <= 5:  # with six -2/3 is rounded up
+    if storeys <= 5:  # from six on an edge itself may be rounded down
         assert [floor(edge) for edge in edges] == list(range(1, storeys))
 
 

@@ -46,9 +46,12 @@ def test_the_best_reward_of_the_papers_building_is_the_papers():
 
 
 @pytest.mark.paper("F7", "Eq. 7")
+@pytest.mark.paper("F6")
 def test_half_a_point_of_health_is_lost_in_a_second_of_the_way():
     """Four metres on average, at 1.35 m/s: 3 seconds, 1.5 points."""
     assert health_losses(built("E.......#")) == pytest.approx((1.5,), abs=0.05)
+    lower_and_upper = built("#AA+....E\n\n#AA+........#")  # 2.5 and 4.5 m
+    assert health_losses(lower_and_upper) == pytest.approx((0.93, 1.68), abs=0.01)
 
 
 @pytest.mark.paper("F7", "Eq. 7")
