@@ -34,6 +34,7 @@ from reference.workshop.training.families import (
     LotJob,
     family_of,
     job_in,
+    plan_in,
 )
 from reference.workshop.training.loop import _play_in_family, run_training
 from reference.workshop.training.rounds import ROUNDS, Training
@@ -172,6 +173,14 @@ def test_so_many_buildings_come_in_turn():
     met = {(plan, number % 5) for number, plan in enumerate(drawn)}
     assert len(met) > 25  # in one order each would meet one fire for ever
     assert len({job.lot.people for job in lots(few, 50)}) > 20
+
+
+def test_buildings_of_a_training_are_found_by_their_number():
+    """Whoever asks what robots have learned by heart takes the very same ones."""
+    family = family_of(["random:5"], {})
+    played = {job.placed().plan for job in lots(family, 5)}
+    assert played == {plan_in(family, 5, which) for which in range(5)}
+    assert played.isdisjoint(plan_in(family, 6, which) for which in range(5))
 
 
 def test_maps_come_in_turn():
