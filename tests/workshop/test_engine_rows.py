@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from movies import shipped
 
+pytest.importorskip("numba")
+
 from reference.building import Kind
 from reference.navigation import navigation_of
 from reference.rays import Sight, sight_of
