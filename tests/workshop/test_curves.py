@@ -294,7 +294,7 @@ def test_where_no_robots_stand_only_nobody_is_a_level(monkeypatch):
     monkeypatch.setattr(levels, "EVACUATIONS", 2)
     measured = levels.levels_of(task_with(robots_per_floor=0))
     assert [*measured.means] == ["none"]
-    assert measured.about.endswith("fire random")
+    assert measured.about.endswith("of the same task, but with fire random")
 
 
 def test_several_maps_meet_all_fires(monkeypatch):
@@ -357,3 +357,6 @@ def test_the_command_draws_levels_or_says_why_not(tmp_path, monkeypatch, capsys)
     assert main(["curves", "a"]) == 0
     assert drawn[2] is None
     assert "Only tables are drawn" in capsys.readouterr().err
+    damaged.unlink()
+    assert main(["curves", "a"]) == 0
+    assert "there is no checkpoint of a" in capsys.readouterr().err

@@ -10,6 +10,7 @@ between both is what they have learned by heart.  Whatever is finished is kept; 
 command goes on.  With 500,000 decisions it takes an hour and a half of a core.
 """
 
+import signal
 import subprocess
 import sys
 from argparse import ArgumentParser
@@ -52,7 +53,15 @@ def train(out, number, seed, decisions, workers_of_it):
         options += ["--settings", str(settings)]
     command = [sys.executable, "-m", "reference", "train", *options]
     command += ["--workers", str(workers_of_it), "--out", str(folder)]
-    subprocess.run(command, check=True)
+    training = subprocess.Popen(command)
+    try:
+        status = training.wait()
+    except BaseException:  # a stop reaches the training, too: it saves and ends
+        training.terminate()
+        training.wait()
+        raise
+    if status:
+        sys.exit(status)  # it has said why
     return folder
 
 
@@ -109,14 +118,16 @@ def drawn(found):
 
 def main():
     parser = ArgumentParser(description="How many buildings are needed?")
-    parser.add_argument("--numbers", type=int, nargs="+", default=NUMBERS)
-    parser.add_argument("--seeds", type=int, nargs="+", default=(0, 1))
-    parser.add_argument("--decisions", type=int, default=500_000)
-    parser.add_argument("--episodes", type=int, default=10, help="in each building")
-    parser.add_argument("--out", type=Path, default=Path("out/how_many"))
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--picture", type=Path, help="default: DIR/buildings.png")
+    add = parser.add_argument
+    add("--numbers", type=int, nargs="+", default=NUMBERS, help="of buildings")
+    add("--seeds", type=int, nargs="+", default=(0, 1), help="of trainings; 0 and 1")
+    add("--decisions", type=int, default=500_000, help="of each; 500,000")
+    add("--episodes", type=int, default=10, help="in each building; 10")
+    add("--out", type=Path, default=Path("out/how_many"), help="out/how_many")
+    add("--workers", type=int, default=2, help="processes; 0: this one; 2")
+    add("--picture", type=Path, help="DIR/buildings.png")
     asked = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
 
     make_folder(asked.out)
     table = asked.out / "how_many.json"
@@ -149,4 +160,8 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except KeyboardInterrupt:
+        print("stopped; the same command goes on", file=sys.stderr)
+        sys.exit(130)

@@ -36,6 +36,7 @@ JOBS_NEED = ("reference.workshop.training.loop", "reference.workshop.engine.goin
 """What is slow to load in a worker: torch and numba."""
 LEARN_ON = "to learn on, take --initialize-from {out} into another folder"
 TINY = "preset tiny ends before anything is learned; to learn, take --preset laptop"
+NO_LEVELS = "No lines of none and escort to compare with"
 
 
 @options.command(
@@ -191,10 +192,14 @@ def _tasks(folders: dict[str, Path]) -> dict[str, Any]:
     from reference.workshop.training.differing import tasks_of
 
     try:
-        return tasks_of(folders)
+        tasks = tasks_of(folders)
     except CheckpointError as error:
         print_note(f"Only tables are drawn, without what trainings are of: {error}")
         return {}
+    lost = [name for name in folders if name not in tasks]
+    if lost:
+        print_note(f"{NO_LEVELS}: there is no checkpoint of {', '.join(lost)}.")
+    return tasks
 
 
 def _levels(tasks: list[Any]) -> Any:
@@ -203,7 +208,7 @@ def _levels(tasks: list[Any]) -> Any:
 
     why = why_no_levels(tasks)
     if why:
-        print_note(f"No lines of none and escort to compare with: {why}.")
+        print_note(f"{NO_LEVELS}: {why}.")
         return None
     return levels_of(tasks[0])
 

@@ -50,7 +50,9 @@ def levels_of(task: Task) -> Levels:
             for column in (GROUP_REWARD, SURVIVAL)
         }
     fires = player_names(fires_met(task))
-    about = f"means of {EVACUATIONS} evacuations each of the same task, fire {fires}"
+    learns = "fire" not in task.fixed and task.settings.random_fires < 1
+    under = f"but with fire {fires}" if learns else f"fire {fires}"
+    about = f"means of {EVACUATIONS} evacuations each of the same task, {under}"
     return Levels(about, means)
 
 
