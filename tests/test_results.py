@@ -166,6 +166,27 @@ def test_a_sentence_says_what_the_kept_table_says(text, claim):
     assert claim in words({"README": README, "RESULTS": RESULTS}[text])
 
 
+def lines_of_buildings() -> list[str]:
+    """What trainings in few and many buildings lack to `escort`, as it is printed."""
+    kept = ROOT / "tutorials" / "tables" / "how_many_buildings.json"
+    made = json.loads(kept.read_text(encoding="utf-8"))["trainings"]
+    rows = []
+    for number in sorted({each["buildings"] for each in made}):
+        both = [each for each in made if each["buildings"] == number]
+        columns = product(("own", "held out"), ("none", "random", "busiest"))
+        cells = [
+            ", ".join(signed(each[kind][fire]) for each in both)
+            for kind, fire in columns
+        ]
+        rows.append(row(f"{number:,}", cells))
+    return rows
+
+
+def test_trainings_in_few_and_many_buildings_are_told_as_kept():
+    """Both trainings of each number, in the order of their seeds."""
+    assert {*lines_of_buildings()} < {*RESULTS.splitlines()}
+
+
 # -- All of RESULTS: what its words say stands in a table ----------------------------
 
 SECTIONS = dict(

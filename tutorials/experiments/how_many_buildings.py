@@ -109,10 +109,13 @@ def drawn(found):
             axes.plot(list(means), list(means.values()), color=colour, label=label)
         axes.axhline(0, color="0.4", linestyle="dashed", linewidth=1)
         axes.set_xscale("log")
+        numbers = sorted({row["buildings"] for row in found})
+        axes.set_xticks(numbers, [f"{number:,}" for number in numbers])
+        axes.minorticks_off()
         axes.set_title("no fire" if fire == "none" else f"fire {fire}", fontsize=10)
         axes.set_xlabel("buildings of the training")
     panels[0].set_ylabel(f"survivors less those of {GUIDE}, points")
-    panels[0].legend(frameon=False, fontsize=9)
+    panels[1].legend(loc="lower right")
     return figure
 
 
