@@ -81,7 +81,7 @@ drawing.draw(watched, "out/12_guard.png")
 # Under other fires the robot that stands guard is a robot that does not lead. So
 # `guard` gives up once another fire shows itself: one that is lit elsewhere though
 # nobody stood in its way, or beside the guard, since it looks. Of eight evacuations
-# most differences are luck; RESULTS.md has a hundred.
+# most differences are luck; RESULTS.md has two hundred.
 
 for fire in ("none", "random", "busiest"):
     by_observer = saved(played(Observer, FIRES[fire]))

@@ -29,6 +29,7 @@ from reference.workshop.anchors.sets import (
 from reference.workshop.maps import load, plan_of
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.observed import guard_points, way_marks
+from reference.workshop.training.families import Family
 from reference.workshop.training.presets import preset
 
 BUILDINGS = ("paper", "tiny", "museum", "maze", "school", "tower")
@@ -166,7 +167,8 @@ def test_who_is_out_or_dead_changes_nothing():
 @pytest.mark.paper("C5", "chosen")
 @pytest.mark.parametrize("robots", [2, 4, 8])
 def test_a_robot_reads_of_its_own_floor_the_three_nearest_mates(robots):
-    """As many as it can have learned with, so that crowds of robots are nothing new."""
+    """As many as generated buildings have, so that crowds of robots are nothing new."""
+    assert max(Family().robots_per_floor) == 1 + MATES_READ
     for sim in evacuations("museum", (0.2, 20.0), robots_per_floor=robots):
         codec = codec_of(sim)
         moment = moment_of(sim)

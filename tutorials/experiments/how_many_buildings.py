@@ -7,7 +7,7 @@ Trainings of preset `any` in 1, 10, 100 and 1,000 generated buildings: each copi
 `escort`, then makes as many decisions under scripted fires.  Afterwards they play in
 buildings of their own training and in others, where `escort` plays, too.  The gap
 between both is what they have learned by heart.  Whatever is finished is kept; the same
-command goes on.  With 500,000 decisions it takes an hour and a half of a core.
+command goes on.  With 500,000 decisions it takes hours.
 """
 
 import signal

@@ -50,7 +50,7 @@ CROP = 21  # [C3, chosen] cells along a side of what a robot reads of the grid
 CROP_SHAPE = (len(GRID_KINDS), CROP, CROP)
 NO_IMAGE = (0, 0, 0)  # of the fire's grid: it is told what burns beside each anchor
 MATES_READ = 3
-"""[C5, chosen] of a robot's own floor, the nearest: nobody has learned with more."""
+"""[C5, chosen] of a robot's own floor, the nearest: as many as generated ones have."""
 RIMS_NUMBERED = 4  # [C5, chosen] rims of a floor that are told apart by their number
 SLACK = 1.0  # [C5, chosen] metres of detour at which flames are half on the way
 FARTHEST = 300.0  # metres from the outside, at most; walls are so far
