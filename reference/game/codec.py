@@ -8,7 +8,7 @@ comes out are decisions in metres, 64 bits; only the environment's `step` reads 
          the fire's with the floor before them
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,8 +48,6 @@ class Sizes:
     grid: tuple[int, int, int]  # channels, height, width
     continuous: int  # Gaussian components
     branches: tuple[int, ...] = ()  # options of each discrete branch
-    head: Callable[..., Any] | None = None  # another than `networks.GaussianHead`
-    encoder: Callable[..., Any] | None = None  # than `networks.Encoder`
 
 
 class PolicyCodec:

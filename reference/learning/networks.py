@@ -154,8 +154,7 @@ class Body(nn.Module):
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
-        encoder = sizes.encoder or Encoder
-        self.encoder = encoder(sizes, settings)
+        self.encoder = settings.network(Encoder)(sizes, settings)
         self.layers = layers(
             self.encoder.size, settings.hidden_units, settings.num_layers
         )
@@ -229,8 +228,8 @@ class GaussianHead(nn.Module):
             linear(hidden, n, BRANCH_GAIN / sqrt(hidden)) for n in sizes.branches
         )
 
-    def forward(self, x: Tensor, vectors: Tensor) -> ActionDistribution:
-        """From the body's (..., H); other heads also read vectors (..., V)."""
+    def forward(self, x: Tensor) -> ActionDistribution:
+        """From the body's (..., H)."""
         branches = [branch(x) for branch in self.branches]
         return ActionDistribution(self.mean(x), self.log_sigma, branches)
 
@@ -241,10 +240,9 @@ class Actor(nn.Module):
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
         self.body = Body(sizes, settings)
-        head = sizes.head or GaussianHead
-        self.head = head(settings.hidden_units, sizes)
+        self.head = GaussianHead(settings.hidden_units, sizes)
 
     def forward(self, vectors: Tensor, grids: Tensor) -> ActionDistribution:
         """(B, G, V) and (B, channels, height, width)."""
-        policy: ActionDistribution = self.head(self.body(vectors, grids), vectors)
+        policy: ActionDistribution = self.head(self.body(vectors, grids))
         return policy

@@ -32,7 +32,7 @@ class Player:
     ):
         """Raises SettingsError for settings that this side cannot have."""
         self.codec = settings.codec(side, building, scenario)
-        self.actor = Actor(self.codec.sizes, settings).eval()
+        self.actor = settings.network(Actor)(self.codec.sizes, settings).eval()
 
     @torch.no_grad()
     def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:

@@ -81,8 +81,7 @@ class GroupCritic(nn.Module):
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
         hidden = settings.hidden_units
-        encoder = sizes.encoder or Encoder
-        self.encoder = encoder(sizes, settings)
+        self.encoder = settings.network(Encoder)(sizes, settings)
         gain = sqrt(0.125 / hidden)
         size = self.encoder.size
         self.g = nn.Sequential(linear(size, hidden, gain), nn.SiLU())

@@ -125,7 +125,7 @@ class Learner:
         self.settings = settings
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
-            self.actor = Actor(sizes, settings)
+            self.actor = settings.network(Actor)(sizes, settings)
             self.critic = self.make_critic(sizes, settings)
         self.rng = torch.Generator().manual_seed(seed)
         both = [*self.actor.parameters(), *self.critic.parameters()]

@@ -5,11 +5,13 @@ presets.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
 
 from reference.building import Building
 from reference.game.codec import PolicyCodec
 from reference.paper import Scenario
+
+Network = TypeVar("Network")
 
 Side = Literal["robots", "fire"]
 SIDES: tuple[Side, ...] = ("robots", "fire")
@@ -52,3 +54,7 @@ class TrainerSettings:
     def codec(self, side: Side, building: Building, scenario: Scenario) -> PolicyCodec:
         """Make the codec of this side's networks: the paper's."""
         return PolicyCodec(side, building, scenario)
+
+    def network(self, kind: type[Network]) -> type[Network]:
+        """Which class of network is made where the paper has this one: the same."""
+        return kind

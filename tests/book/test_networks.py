@@ -239,7 +239,7 @@ def test_each_branch_has_a_layer_of_its_own():
     """Two of three options each."""
     head = GaussianHead(4, replace(SIZES, branches=(3, 3)))
     x = torch.randn(5, 4)
-    for branch, layer in zip(head(x, x).branches, head.branches, strict=True):
+    for branch, layer in zip(head(x).branches, head.branches, strict=True):
         assert torch.allclose(branch.probs, layer(x).softmax(-1), atol=1e-6)
 
 

@@ -1,6 +1,7 @@
 """What helps learning: heads, ways to read and speak."""
 
 import math
+from dataclasses import replace
 
 import lives
 import numpy as np
@@ -10,13 +11,16 @@ from torch.distributions import Independent, MixtureSameFamily
 
 from reference.fire import burnable
 from reference.game.codec import Moment, decided
-from reference.learning.networks import REFUSED
+from reference.learning.adversarial import learner_for, player_of
+from reference.learning.networks import REFUSED, Actor
+from reference.learning.settings import SIDES
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop.anchors.frame import UNIT
-from reference.workshop.anchors.heads import Mixture, MixtureHead
-from reference.workshop.maps import load
+from reference.workshop.anchors.frame import UNIT, AnchorSizes
+from reference.workshop.anchors.heads import Mixture, MixtureActor, MixtureHead
+from reference.workshop.anchors.set_networks import SetActor
+from reference.workshop.maps import load, plan_of
 from reference.workshop.training.presets import preset
 from reference.world import FireLit
 
@@ -69,10 +73,23 @@ def test_a_mixture_is_drawn_around_its_anchors_as_often_as_they_weigh():
     assert torch.equal(policy.act(), anchors[:, 1])
 
 
+def head_of_three(commitment):
+    """A head of three anchors, after a body of 8 hidden units."""
+    sizes = AnchorSizes(
+        vector=14,
+        grid=lives.SIZES.grid,
+        continuous=2,
+        anchors=3,
+        spread=0.4,
+        commitment=commitment,
+    )
+    return MixtureHead(8, sizes)
+
+
 @pytest.mark.paper("C7", "Alg. 3:3")
 def test_commitment_is_a_bonus_for_the_anchor_where_a_mixture_is_headed():
     """Where it is headed somewhere; else that anchor is refused."""
-    head = MixtureHead(3, 0.4, 2.5, 8, lives.SIZES)
+    head = head_of_three(commitment=2.5)
     torch.nn.init.zeros_(head.weights.weight)
     allowed = torch.tensor([[1.0, 1, 1], [0, 1, 1]])
     vectors = torch.cat([torch.zeros(2, 6), allowed, torch.randn(2, 5)], dim=1)
@@ -85,13 +102,26 @@ def test_commitment_is_a_bonus_for_the_anchor_where_a_mixture_is_headed():
 @pytest.mark.paper("C5", "chosen")
 def test_a_mixture_reads_its_anchors_from_the_numbers():
     """The first 2K of them, in the units that an action has."""
-    head = MixtureHead(3, 0.4, 0.0, 8, lives.SIZES)
+    head = head_of_three(commitment=0.0)
     rng = np.random.default_rng(0)
     vectors = torch.from_numpy(rng.normal(size=(4, 20))).float()
     vectors[:, 6:9] = 1.0
     spots = head(torch.randn(4, 8), vectors).act()
     off = (vectors[:, :6].view(4, 3, 2) - spots[:, None]).norm(dim=-1)
     assert off.min(dim=1).values.tolist() == [0.0] * 4
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize(
+    "head, actor", [("floor", Actor), ("mixture", MixtureActor), ("set", SetActor)]
+)
+def test_who_learns_and_who_plays_have_the_network_of_the_head(head, actor, side):
+    """Settings say which class it is; in the paper's place, or the paper's itself."""
+    table = replace(getattr(preset("tiny"), side), head=head)
+    tiny = load("tiny")
+    learner = learner_for(side, plan_of(tiny), Scenario(people=6), table, seed=0)
+    player = player_of(learner).player(side, tiny, Scenario(people=6))
+    assert type(learner.actor) is type(player.actor) is actor
 
 
 # -- Interfaces ---------------------------------------------------------------------

@@ -70,7 +70,7 @@ def places_of(sim, spots):
 def policy(codec, moment, seed=0):
     """What a network that has learned nothing would do."""
     torch.manual_seed(seed)
-    actor = Actor(codec.sizes, settings())
+    actor = settings().network(Actor)(codec.sizes, settings())
     seen = torch.from_numpy(codec.read([moment]))
     return actor(seen, torch.from_numpy(codec.grids([moment])))
 
@@ -99,7 +99,7 @@ def test_weights_of_one_building_light_every_other():
     for name, scene in scenes.items():
         for sim in evacuations(name, **scene):
             codec = codec_of(sim)
-            there = Actor(codec.sizes, settings())
+            there = settings().network(Actor)(codec.sizes, settings())
             there.load_state_dict(made.actor.state_dict())
             moment = moment_of(sim)
             seen = codec.read([moment])

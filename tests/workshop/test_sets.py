@@ -79,8 +79,9 @@ def numbers(codec, seen):
 def networks(codec, seed=0):
     """A policy and a critic that have learned nothing."""
     torch.manual_seed(seed)
-    made = settings(), codec.sizes
-    return Actor(made[1], made[0]), GroupCritic(made[1], made[0])
+    table = settings()
+    sizes = codec.sizes
+    return table.network(Actor)(sizes, table), GroupCritic(sizes, table)
 
 
 def says(codec, moment, actor):

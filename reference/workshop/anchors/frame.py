@@ -12,13 +12,14 @@ observation [C1], the map, and where robots are headed.
 """
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 import numpy as np
 
 from reference import paper
 from reference.building import Building, lengths
-from reference.game.codec import PolicyCodec
+from reference.game.codec import PolicyCodec, Sizes
 from reference.game.observations import from_normalised
 from reference.workshop.strategies.observed import (
     FAR,
@@ -37,6 +38,21 @@ ASTRAY = 8.0  # [C5, chosen] metres: hardly anybody goes farther between decisio
 KEEP = 0
 WAIT = 1
 """The first anchors: where a robot is headed, and where it stands."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnchorSizes(Sizes):
+    """Shapes of a network whose head weighs anchors, and what else that head is told.
+
+    anchors     K; their C numbers each, and K numbers, 1 for those that may be chosen
+                now, stand first in what the network reads
+    spread      metres, standard deviation around each
+    commitment  logit bonus of the anchor KEEP
+    """
+
+    anchors: int
+    spread: float
+    commitment: float
 
 
 def to_normalised(building: Building, metres: np.ndarray) -> np.ndarray:

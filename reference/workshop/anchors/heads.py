@@ -4,18 +4,21 @@ H  hidden units;  V  numbers a network reads;  K  anchors;  C  numbers it emits
 """
 
 from math import log, sqrt
+from typing import Any
 
 import torch
 from torch import Tensor, nn
 
-from reference.game.codec import Sizes
 from reference.learning.networks import (
     BRANCH_GAIN,
     REFUSED,
     ActionDistribution,
+    Actor,
+    Body,
     linear,
 )
-from reference.workshop.anchors.frame import UNIT
+from reference.learning.settings import TrainerSettings
+from reference.workshop.anchors.frame import KEEP, UNIT, AnchorSizes
 
 
 class Mixture(ActionDistribution):
@@ -58,20 +61,14 @@ class Mixture(ActionDistribution):
 
 
 class MixtureHead(nn.Module):
-    """Weigh anchors by one linear layer [C5, chosen].
+    """Weigh anchors by one linear layer [C5, chosen]."""
 
-    The numbers that a network reads begin with the K anchors, C numbers each, and with
-    K numbers, 1 for those that may be chosen now. The first anchor has the commitment
-    as a bonus.
-    """
-
-    def __init__(
-        self, K: int, spread: float, commitment: float, hidden: int, sizes: Sizes
-    ):
+    def __init__(self, hidden: int, sizes: AnchorSizes):
         super().__init__()
+        K = sizes.anchors
         self.shape = K, sizes.continuous
-        self.sigma = spread / UNIT
-        self.commitment = commitment
+        self.sigma = sizes.spread / UNIT
+        self.commitment = sizes.commitment
         self.weights = linear(hidden, K, BRANCH_GAIN / sqrt(hidden))
 
     def forward(self, x: Tensor, vectors: Tensor) -> Mixture:
@@ -79,5 +76,25 @@ class MixtureHead(nn.Module):
         K, C = self.shape
         anchors = vectors[..., : K * C].unflatten(-1, (K, C))
         allowed = vectors[..., K * C : K * C + K] > 0.5
-        logits = self.weights(x) + self.commitment * (torch.arange(K) == 0)
+        logits = self.weights(x) + self.commitment * (torch.arange(K) == KEEP)
         return Mixture(anchors, self.sigma, logits.masked_fill(~allowed, REFUSED))
+
+
+class MixtureActor(Actor):
+    """An actor whose head also reads the numbers that the body reads."""
+
+    make_head: Any = MixtureHead
+
+    def __init__(self, sizes: AnchorSizes, settings: TrainerSettings):
+        nn.Module.__init__(self)
+        self.body = Body(sizes, settings)
+        self.head = self.make_head(settings.hidden_units, sizes)
+
+    def forward(self, vectors: Tensor, grids: Tensor) -> Mixture:
+        """(B, G, V) and (B, channels, height, width)."""
+        mixture: Mixture = self.head(self.body(vectors, grids), vectors)
+        return mixture
+
+
+MIXTURE = {Actor: MixtureActor}
+"""Networks of the head `mixture`, by the paper's whose place they take."""

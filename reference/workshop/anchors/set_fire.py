@@ -12,14 +12,13 @@ that is free as far as the fire sees, and the cells that most people are about t
 """
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 
 from reference import paper
 from reference.building import Building, Kind, lengths
 from reference.fire import cells_around_clearance, cells_beside
-from reference.game.codec import Moment, PolicyCodec, Sizes
+from reference.game.codec import Moment, PolicyCodec
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.workshop.anchors.frame import UNIT, in_body, nearness
@@ -31,6 +30,7 @@ from reference.workshop.anchors.sets import (
     NO_IMAGE,
     WIDE,
     SetShapes,
+    SetSizes,
     known_ways_of,
 )
 from reference.workshop.strategies.fires import apart
@@ -389,20 +389,16 @@ class SetsOfFire(PolicyCodec):
         self.size = len(view.numbers())
 
     @property
-    def sizes(self) -> Sizes:
-        """Another encoder and head than the paper's, and no image.
-
-        What they read is scaled, so they have no normaliser, whatever `normalize` says.
-        """
-        from reference.workshop.anchors.set_networks import SetEncoder, SetHead  # torch
-
-        return Sizes(
+    def sizes(self) -> SetSizes:
+        """Sets, and no image."""
+        return SetSizes(
             vector=self.size,
             grid=NO_IMAGE,
             continuous=FIRE_AXES,
-            # no commitment: a fire is headed nowhere
-            head=partial(SetHead, self.shapes, self.spread, 0.0),
-            encoder=partial(SetEncoder, self.shapes),
+            anchors=self.shapes.anchors[0],
+            spread=self.spread,
+            commitment=0.0,  # a fire is headed nowhere
+            sets=self.shapes,
         )
 
     def read(self, moments: Sequence[Moment]) -> np.ndarray:

@@ -16,12 +16,18 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from reference.game.codec import Sizes
-from reference.learning.networks import BRANCH_GAIN, REFUSED, GridEncoder, linear
+from reference.learning.networks import (
+    BRANCH_GAIN,
+    REFUSED,
+    Actor,
+    Encoder,
+    GridEncoder,
+    linear,
+)
 from reference.learning.settings import TrainerSettings
 from reference.workshop.anchors.frame import KEEP, UNIT
-from reference.workshop.anchors.heads import Mixture
-from reference.workshop.anchors.sets import CROP_SHAPE, NO_IMAGE, SetShapes
+from reference.workshop.anchors.heads import Mixture, MixtureActor
+from reference.workshop.anchors.sets import CROP_SHAPE, NO_IMAGE, SetShapes, SetSizes
 
 LEAST_WIDTH = 8
 """[C5, chosen] hidden units of an element, at least; else a quarter of those of all."""
@@ -71,11 +77,11 @@ class PooledSet(nn.Module):
 class SetEncoder(nn.Module):
     """Encode what a side reads: its sets, pooled, its counts and a robot's crop."""
 
-    def __init__(self, shapes: SetShapes, sizes: Sizes, settings: TrainerSettings):
+    def __init__(self, sizes: SetSizes, settings: TrainerSettings):
         super().__init__()
-        self.shapes = shapes
+        self.shapes = sizes.sets
         self.axes = sizes.continuous
-        *sets, counts = shapes
+        *sets, counts = sizes.sets
         width = max(LEAST_WIDTH, settings.hidden_units // 4)
         self.sets = nn.ModuleList(PooledSet(n, width) for _, n in sets)
         self.size = 2 * width * len(sets) + counts
@@ -102,20 +108,13 @@ class SetHead(nn.Module):
     The anchor where the robot is headed has the commitment as a bonus.
     """
 
-    def __init__(
-        self,
-        shapes: SetShapes,
-        spread: float,
-        commitment: float,
-        hidden: int,
-        sizes: Sizes,
-    ):
+    def __init__(self, hidden: int, sizes: SetSizes):
         super().__init__()
-        self.shapes = shapes
+        self.shapes = sizes.sets
         self.axes = sizes.continuous
-        self.sigma = spread / UNIT
-        self.commitment = commitment
-        _, numbers = shapes.anchors
+        self.sigma = sizes.spread / UNIT
+        self.commitment = sizes.commitment
+        _, numbers = sizes.sets.anchors
         self.anchor = linear(numbers, hidden, 1 / sqrt(numbers))
         self.situation = nn.Linear(hidden, hidden, bias=False)
         nn.init.normal_(self.situation.weight, std=1 / sqrt(hidden))
@@ -131,3 +130,13 @@ class SetHead(nn.Module):
         keep = torch.arange(logits.shape[-1]) == KEEP
         logits = logits + self.commitment * keep
         return Mixture(read.at, self.sigma, logits.masked_fill(~read.allowed, REFUSED))
+
+
+class SetActor(MixtureActor):
+    """An actor that reads sets."""
+
+    make_head = SetHead
+
+
+SET = {Actor: SetActor, Encoder: SetEncoder}
+"""Networks of the head `set`, by the paper's whose place they take."""

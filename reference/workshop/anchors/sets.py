@@ -12,6 +12,7 @@ where robots are headed; numbers are scaled by hand to be of order one.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ from reference.workshop.anchors.frame import (
     KEEP,
     UNIT,
     WAIT,
+    AnchorSizes,
     RobotView,
     nearness,
 )
@@ -86,6 +88,16 @@ class SetShapes(NamedTuple):
 
 
 SETS = len(SetShapes._fields) - 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class SetSizes(AnchorSizes):
+    """Shapes of a network that reads sets.
+
+    What they tell is scaled, so it has no normaliser, whatever `normalize` says.
+    """
+
+    sets: SetShapes
 
 
 # -- What is known of ways out ------------------------------------------------------

@@ -16,18 +16,18 @@ The trainers compute what ML-Agents computes; settings with anchors give them an
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
 from reference.building import Building, lengths
-from reference.game.codec import AXES, Moment, PolicyCodec, Sizes
+from reference.game.codec import AXES, Moment, PolicyCodec
 from reference.game.environment import DECIMALS
 from reference.game.observations import grid_shape
 from reference.learning.settings import (
     ATTENTION_HEADS,
     REWARD_SCALE,
+    Network,
     Side,
     TrainerSettings,
 )
@@ -35,12 +35,13 @@ from reference.navigation import navigation_of
 from reference.paper import InputError, Scenario
 from reference.workshop.anchors.frame import (
     UNIT,
+    AnchorSizes,
     RobotView,
     in_body,
     robot_destinations,
 )
 from reference.workshop.anchors.set_fire import LIT, SetsOfFire
-from reference.workshop.anchors.sets import CROP_SHAPE, SetView, crops
+from reference.workshop.anchors.sets import CROP_SHAPE, SetSizes, SetView, crops
 from reference.workshop.storage.records import (
     ABOVE_0,
     Row,
@@ -126,6 +127,16 @@ class SideSettings(TrainerSettings):
             return RobotsSets(building, scenario, self)
         return RobotsFrame(building, scenario, self)
 
+    def network(self, kind: type[Network]) -> type[Network]:
+        """Which class of network is made where the paper has this one."""
+        if self.head == "floor":
+            return kind
+        from reference.workshop.anchors.heads import MIXTURE  # torch
+        from reference.workshop.anchors.set_networks import SET
+
+        instead: dict[Any, Any] = SET if self.head == "set" else MIXTURE
+        return instead.get(kind, kind)
+
 
 # -- Codecs -------------------------------------------------------------------------
 
@@ -150,16 +161,15 @@ class RobotsFrame(PolicyCodec):
         return RobotView(self, vectors, headed, self.settings.masks)
 
     @property
-    def sizes(self) -> Sizes:
+    def sizes(self) -> AnchorSizes:
         """As the paper's, but for what a network reads and its head."""
-        from reference.workshop.anchors.heads import MixtureHead  # torch
-
-        s = self.settings
-        return Sizes(
+        return AnchorSizes(
             vector=self.size,
             grid=grid_shape(self.building),
             continuous=AXES,
-            head=partial(MixtureHead, self.anchors, s.spread, s.commitment),
+            anchors=self.anchors,
+            spread=self.settings.spread,
+            commitment=self.settings.commitment,
         )
 
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
@@ -225,22 +235,18 @@ class RobotsSets(RobotsFrame):
         return SetView(self, vectors, headed, self.settings.masks, burning)
 
     @property
-    def sizes(self) -> Sizes:
-        """Another encoder and head than the paper's; crops of all robots are channels.
-
-        What they read is scaled, so they have no normaliser, whatever `normalize` says.
-        """
-        from reference.workshop.anchors.set_networks import SetEncoder, SetHead  # torch
-
-        s = self.settings
+    def sizes(self) -> SetSizes:
+        """Sets; crops of all robots are channels of their grid."""
         robots = self.layout.blocks["robots"].rows
         channels, height, width = CROP_SHAPE
-        return Sizes(
+        return SetSizes(
             vector=self.size,
             grid=(channels * robots, height, width),
             continuous=AXES,
-            head=partial(SetHead, self.shapes, s.spread, s.commitment),
-            encoder=partial(SetEncoder, self.shapes),
+            anchors=self.anchors,
+            spread=self.settings.spread,
+            commitment=self.settings.commitment,
+            sets=self.shapes,
         )
 
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
@@ -275,17 +281,16 @@ class MixtureOfFire(PolicyCodec):
         self.anchors = np.column_stack([storeys, nav.centres[places] / UNIT])
 
     @property
-    def sizes(self) -> Sizes:
+    def sizes(self) -> AnchorSizes:
         """As the paper's, but for the anchors, and one more number that is drawn."""
-        from reference.workshop.anchors.heads import MixtureHead  # torch
-
         K, C = self.anchors.shape
-        return Sizes(
+        return AnchorSizes(
             vector=self.layout.size + (C + 1) * K,
             grid=grid_shape(self.building),
             continuous=C,
-            # no commitment: a fire is headed nowhere
-            head=partial(MixtureHead, K, self.settings.spread, 0.0),
+            anchors=K,
+            spread=self.settings.spread,
+            commitment=0.0,  # a fire is headed nowhere
         )
 
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
