@@ -257,6 +257,13 @@ def test_the_command_tells_both_buildings_and_their_difference(huts, capsys):
     ]  # fmt: skip
 
 
+def test_what_holds_in_all_buildings_is_noted_once(huts, capsys):
+    """Such as that one network plays in any of them."""
+    command = "evaluate --people 5 --workers 0 --robots learned --episodes 1"
+    assert main(f"{command} --building hut.txt wide.txt".split()) == 0
+    assert capsys.readouterr().err.count("the network that knows no building") == 1
+
+
 @pytest.mark.slow
 def test_a_folder_holds_each_building_and_the_comparison(huts, capsys):
     """A building's folder is an evaluation as any other; it is resumed with others."""

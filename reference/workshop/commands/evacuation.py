@@ -51,7 +51,7 @@ MEAN_OUT = {FILMED[0]: 28.9, FILMED[1]: 37.5, LEARNED_TOO: 37.0}
 @options.command(
     "--seed 7 --animate film.gif",
     options.output("--animate", options.FILMS, "the film", FILM_FILE),
-    options.SEED,
+    options.seed("one that shows the difference early"),
     options.JSON,
 )
 def first_look(arguments: Namespace) -> None:

@@ -71,13 +71,16 @@ def evaluate(arguments: Namespace) -> None:
         evaluations, executor = work
         robots = next(iter(evaluations.values())).robots
         if baseline and baseline not in robots:
-            told = f"--baseline {baseline}: add it to --robots."
-            raise ContradictionError(told + did_you_mean(baseline, robots))
+            wanted = f"--baseline {baseline}: add it to --robots."
+            raise ContradictionError(wanted + did_you_mean(baseline, robots))
+        told = set[str]()
         for name, evaluation in evaluations.items():
             head = f"{name}: " if len(evaluations) > 1 else ""
             print_note(head + evaluation.about())
             for line in matches.notes(evaluation):
-                print_note(line)
+                if line not in told:
+                    print_note(line)
+                told.add(line)
         played = buildings.play_in_buildings(evaluations, out, executor)
         if len(evaluations) > 1:
             _print_and_keep_all(arguments, evaluations, played)

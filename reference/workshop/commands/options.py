@@ -218,7 +218,14 @@ WORKERS_HELP = (
 )
 WORKERS = number("--workers", 0, WORKERS_HELP, most=1000, default=CORES)
 LARGEST_SEED = 2**53  # the largest whole number that every reader of JSON keeps exact
-SEED_HELP = "all chance follows from N; default: 0, without a command a chosen one"
-# Also an option of the whole command line: left out here, it does not undo that one.
-SEED = number("--seed", 0, SEED_HELP, most=LARGEST_SEED, default=SUPPRESS)
+
+
+def seed(default: str = "0") -> Option:
+    """Declare the option of the seed; default: what is told of it."""
+    note = f"all chance follows from N; default: {default}"
+    # Also an option of the whole command line: left out, it does not undo that one.
+    return number("--seed", 0, note, most=LARGEST_SEED, default=SUPPRESS)
+
+
+SEED = seed()
 JSON = flag("--json", "print one JSON object", default=SUPPRESS)
