@@ -43,15 +43,19 @@ SETTINGS = """reference:
 def train(out, number, seed, decisions, workers_of_it):
     """Begin a training, or go on; return its folder."""
     folder = out / f"{number}-{seed}"
-    if any(folder.glob("checkpoint-*.pt")):
-        options = ["--resume"]
-    else:
-        settings = out / "settings.yaml"
-        settings.write_text(SETTINGS.format(decisions=decisions), encoding="utf-8")
-        options = ["--preset", "any", "--building", f"random:{number}"]
-        options += ["--imitate", GUIDE, "--seed", str(seed)]
-        options += ["--settings", str(settings)]
-    command = [sys.executable, "-m", "reference", "train", *options]
+    settings = out / "settings.yaml"
+    settings.write_text(SETTINGS.format(decisions=decisions), encoding="utf-8")
+    begin = ["--preset", "any", "--building", f"random:{number}", "--imitate", GUIDE]
+    begin += ["--seed", str(seed), "--settings", str(settings)]
+    finish_training(folder, begin, workers_of_it)
+    return folder
+
+
+def finish_training(folder, begin, workers_of_it):
+    """Train to the end. begin: options of `train` where it has not begun yet."""
+    begun = any(folder.glob("checkpoint-*.pt"))
+    command = [sys.executable, "-m", "reference", "train"]
+    command += ["--resume"] if begun else begin
     command += ["--workers", str(workers_of_it), "--out", str(folder)]
     training = subprocess.Popen(command)
     try:
@@ -62,7 +66,6 @@ def train(out, number, seed, decisions, workers_of_it):
         raise
     if status:
         sys.exit(status)  # it has said why
-    return folder
 
 
 def own_places(folder, number, seed):

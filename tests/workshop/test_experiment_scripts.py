@@ -1,0 +1,54 @@
+"""Scripts beside `experiment` play what they say, and tell what they found."""
+
+from subprocess import PIPE
+
+import pytest
+from conftest import ROOT
+from processes import python
+
+from reference.__main__ import main
+
+SCRIPTS = ROOT / "tutorials" / "experiments"
+
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("in_an_empty_folder")]
+
+
+def told(script, *options):
+    """What a script prints, line by line."""
+    command = (SCRIPTS / script, *options, "--workers", "0")
+    process = python(*command, env={"MPLBACKEND": "Agg"}, stdout=PIPE, stderr=PIPE)
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    return out.splitlines()
+
+
+def test_every_age_of_a_training_meets_every_fire(tmp_path):
+    """The fire of its own age, too; guides meet the fires of rules alone."""
+    main(["train", "--preset", "tiny", "--workers", "0", "--out", "out"])
+    lines = told("tenths.py", "out", "--tenths", "2", "--episodes", "2")
+    found = [line.split()[:2] for line in lines if line.split()[1:]]
+    ages = list(dict.fromkeys(robots for robots, _ in found if robots.endswith("%")))
+    assert len(ages) == 2 and ages[-1] == "100%"
+    for robots in (*ages, "none", "escort"):
+        fires = [fire for who, fire in found if who == robots]
+        own = ["of"] if robots in ages else []  # of its age
+        assert fires == ["none", "random", "busiest", "fixed", *own]
+
+    assert told("tenths.py", "out", "--tenths", "2", "--episodes", "2") == lines
+    assert (tmp_path / "out" / "tenths" / "tenths.png").stat().st_size > 10_000
+
+
+def test_every_training_and_the_guide_have_a_best_response(tmp_path):
+    """As many for the guide as an arm has trainings."""
+    file = str(SCRIPTS / "tiny.toml")
+    main(["experiment", file, "--workers", "0", "--out", "out"])
+    asked = (file, "out", "--decisions", "12")
+    head, *rows = told("best_responses.py", *asked)[-4:]
+    assert head.split()[:2] == ["robots", "trainings"]
+    assert [row.split()[:2] for row in rows] == [
+        ["random_fire", "2"],
+        ["learning", "2"],
+        ["escort", "2"],
+    ]
+    made = tmp_path / "out" / "best_responses"
+    assert len([*made.glob("*/checkpoint-*.pt")]) >= 6

@@ -1,0 +1,110 @@
+"""What each training of an experiment loses to a fire that learned against it alone.
+
+    python tutorials/experiments/best_responses.py tutorials/experiments/league.toml \
+        out/league
+
+A best response begins from nothing and learns against robots that learn no more, for
+as many decisions as the least that is asked of a fire in a league, 20,000.  One is
+made for each finished training, and for `escort`; then robots meet the one made for
+them, on the seeds of the experiment's tests.  Whatever is finished is kept; the same
+command goes on.  A training takes some four minutes of a core.
+"""
+
+import signal
+import sys
+from argparse import ArgumentParser
+from pathlib import Path
+
+import numpy as np
+from how_many_buildings import finish_training
+
+from reference.workshop.comparing.design import read_experiment
+from reference.workshop.comparing.intervals import interval_over_trainings
+from reference.workshop.comparing.jobs import arm_of, finished
+from reference.workshop.comparing.matches import begin_evaluation
+from reference.workshop.comparing.results import aligned
+from reference.workshop.comparing.runs import play_evaluation
+from reference.workshop.storage.files import make_folder
+from reference.workshop.storage.workers import workers
+from reference.workshop.training.checkpoints import newest_checkpoint
+
+GUIDE = "escort"
+SETTINGS = """reference:
+  Fire:
+    batch_size: 32
+    buffer_size: 64
+    max_steps: {decisions}
+"""
+
+
+def responses(experiment, folder, out, decisions, workers_of_it):
+    """Make a fire for each training; yield its name, its robots and the fire's folder.
+
+    The guide has one of each seed, as an arm has trainings.
+    """
+    make_folder(out)
+    settings = out / "settings.yaml"
+    settings.write_text(SETTINGS.format(decisions=decisions), encoding="utf-8")
+    robots = {
+        name: str(newest_checkpoint(path))
+        for name, path in finished(experiment, folder).items()
+    }
+    robots |= {f"{GUIDE}-{seed}": GUIDE for seed in experiment.seeds}
+    scenario = experiment.settings.get("scenario", {})
+    for name, word in robots.items():
+        begin = ["--preset", experiment.preset, "--building", experiment.building]
+        begin += ["--robots", word, "--seed", name.rpartition("-")[2]]
+        begin += ["--settings", str(settings)]
+        if scenario:
+            begin += ["--scenario", *(f"{key}={of}" for key, of in scenario.items())]
+        finish_training(out / name, begin, workers_of_it)
+        yield name, word, out / name
+
+
+def main():
+    parser = ArgumentParser(description="Best responses to each training.")
+    parser.add_argument("file", type=Path, help="the experiment's TOML")
+    parser.add_argument("folder", type=Path, help="where its trainings are")
+    parser.add_argument("--decisions", type=int, default=20_000, help="of each fire")
+    parser.add_argument("--workers", type=int, default=2)
+    asked = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
+
+    experiment = read_experiment(asked.file)
+    test = experiment.test
+    out = asked.folder / "best_responses"
+    made = responses(experiment, asked.folder, out, asked.decisions, asked.workers)
+    survival = {}
+    for name, robots, fire in made:
+        evaluation = begin_evaluation(
+            [robots],
+            [str(newest_checkpoint(fire))],
+            experiment.building,
+            seed=test.seed,
+            episodes=test.episodes,
+        )
+        with workers(asked.workers) as executor:
+            runs = play_evaluation(evaluation, fire / "test", executor)
+        shares = [100 * run.survival for run in runs]
+        survival.setdefault(arm_of(name), []).append(shares)
+
+    rows = [["robots", "trainings", "survivors, %", "less " + GUIDE]]
+    guides = np.array(survival[GUIDE])
+    for arm, values in survival.items():
+        own = interval_over_trainings(np.array(values))
+        row = [arm, str(len(values)), f"{own.mean:.1f} [{own.low:.1f}, {own.high:.1f}]"]
+        if arm != GUIDE:
+            less = interval_over_trainings(np.array(values), guides)
+            row.append(f"{less.mean:.1f} [{less.low:.1f}, {less.high:.1f}]")
+        else:
+            row.append("")
+        rows.append(row)
+    print(aligned(rows, "<>>>"))
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KeyboardInterrupt:
+        print("stopped; the same command goes on", file=sys.stderr)
+        sys.exit(130)
