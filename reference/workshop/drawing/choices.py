@@ -68,7 +68,8 @@ def anchors(building: Building) -> Figure:
     marks = page.samples(
         {kind: ANCHOR_LOOKS[kind] for kind in ANCHOR_LOOKS if kind in there}
     )
-    page.legend(figure, marks, ncols=int(figure.get_figwidth() / 2.9))
+    columns = int(figure.get_figwidth() / 2.9)
+    page.legend(figure, marks, ncols=columns, labelspacing=0.9)
     return figure
 
 
