@@ -144,9 +144,7 @@ def clone(
     see the demonstrations first.
     """
     learner.update_normalisers(demonstrations)
-    # Decisions that nobody could be taught would make batches of nothing.
-    everything = learner.buffers.joined([decisions_of(t) for t in demonstrations])
-    taught = everything.rows(everything.alive.any(dim=1).nonzero()[:, 0])
+    taught = _taught(learner, demonstrations)
     # An optimiser of its own: the learner's has moments of another loss.
     optimiser = torch.optim.Adam(learner.actor.parameters(), CLONING_RATE)
     losses = []
@@ -161,6 +159,12 @@ def clone(
             total += float(loss.detach()) * len(batch)
         losses.append(total / len(taught))
     return losses
+
+
+def _taught(learner: Learner, demonstrations: Sequence[Trajectory]) -> Decisions:
+    """Join the decisions; those that teach nobody would make batches of nothing."""
+    everything = learner.buffers.joined([decisions_of(t) for t in demonstrations])
+    return everything.rows(everything.alive.any(dim=1).nonzero()[:, 0])
 
 
 def _unlikelihood(learner: Learner, batch: Decisions) -> Tensor:
