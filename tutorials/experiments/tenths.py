@@ -33,7 +33,8 @@ FIRES = {
     OWN: "tab:red",
 }
 ROBOTS = "tab:blue"
-GUIDES = ("none", "escort")  # they meet the fires of rules
+NOBODY = "none"
+GUIDES = (NOBODY, "escort")  # they meet the fires of rules
 SEED = 5000  # the contest's
 REWARD = "reward of an episode, health points"
 ENTROPY = "entropy of the policies, nats"
@@ -95,7 +96,7 @@ def drawn(title, written, played, found):
             axes.plot(x, y, "o-", ms=3, color=colour, label=fire)
         axes.set_title(name, fontsize=10)
     for cell in found:
-        if cell.robots == "none":
+        if cell.robots == NOBODY:
             of_ages[0].axhline(cell.survival[0], color=FIRES[cell.fire], ls=":")
     for axes in (earned, entropy, *of_ages):
         axes.set_xlabel("episodes, thousands")
@@ -137,8 +138,9 @@ def main():
 
     with workers(asked.workers) as executor:
         runs = list(play(paths, folder, asked.episodes, executor))
-    found = cells(runs, paper_ruler())
-    print(table(found, ["survival", "reward", "difficulty", "score"]))
+    found = cells(runs, paper_ruler(), baseline=NOBODY)
+    figures = ["survival", "gain", "reward", "difficulty", "score"]
+    print(table(found, figures))
     write_json(folder / "tenths.json", {"cells": [cell_as_json(c) for c in found]})
 
     played = {
