@@ -138,6 +138,11 @@ def __getattr__(name: str) -> Any:
     return getattr(import_module(f"reference.{FRONT_DOOR[name]}"), name)
 
 
+def __dir__() -> list[str]:
+    """Name what is here, for completion: the front door, too."""
+    return sorted([*globals(), *FRONT_DOOR])
+
+
 def command_line() -> None:
     """Run `python -m reference`, under the name `fire-rescue` that pip installs."""
     from runpy import run_module

@@ -268,11 +268,11 @@ class Simulation:
         """Lower everybody's health, and more in and beside flames [B7]."""
         bodies = self.world.bodies
         flames = self.world.flames
-        rate = paper.HEALTH_RATE * self.scenario.frames_per_tick
+        rate = paper.HEALTH_RATE * self.scenario.frames_per_tick  # points a tick
         bodies.health -= rate * bodies.inside
         if flames.sources:
             walking = np.flatnonzero(bodies.walking)
-            harm = flames.harm.ravel()[bodies.place[walking]]
+            harm = flames.harm.ravel()[bodies.place[walking]]  # points a second
             bodies.health[walking] -= harm * self.tick
 
     def _burn_doors(self) -> None:

@@ -186,6 +186,7 @@ def test_nothing_is_imported_that_is_not_declared():
 def test_the_front_door_knows_five_names():
     """They are a contract; nothing of them is imported before it is asked for."""
     assert [*FRONT_DOOR] == ["load", "Scenario", "Simulation", "draw", "animate"]
+    assert {*FRONT_DOOR} < {*dir(reference)}
     code = "import sys, reference; print(*{'numpy', 'networkx'} & set(sys.modules))"
     assert subprocess.check_output([sys.executable, "-c", code], cwd=ROOT) == b"\n"
     for name in FRONT_DOOR:

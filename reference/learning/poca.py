@@ -114,7 +114,10 @@ class GroupCritic(nn.Module):
         return value, self._value(pooled, alive[:, None])
 
     def _value(self, pooled: Tensor, alive: Tensor) -> Tensor:
-        """(..., H) of sets, (..., G) bool -> (...): trunk, number of agents, head."""
+        """(..., H) of sets, (..., G) bool -> (...): trunk, number of agents, head.
+
+        `most` remembers the largest group that was ever valued, also outside training.
+        """
         n = alive.sum(dim=-1, dtype=pooled.dtype)
         self.most = torch.maximum(self.most, n.max())
         share = (2 * n / self.most - 1).expand(pooled.shape[:-1])

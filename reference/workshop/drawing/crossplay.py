@@ -110,7 +110,7 @@ def plot_who_is_out(
 
     look: of the line, if it is not the next of the axes
     """
-    out = [np.searchsorted(run.times, t, "right") / run.people for run in runs]
+    out = [np.searchsorted(run.times, t, "right") / max(1, run.people) for run in runs]
     mean, low, high = (100 * line for line in intervals_of_columns(np.stack(out)))
     (line,) = axes.plot(t, mean, label=label, **{"lw": 1.9} | look)
     axes.fill_between(t, low, high, color=line.get_color(), alpha=0.16, lw=0)

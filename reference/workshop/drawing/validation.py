@@ -40,7 +40,8 @@ def diagram(seed: int) -> Figure:
         axes.plot(x, y, marker, **look)
 
     axes.set(xlim=(0, curve[-1]), xlabel="people per square metre")
-    axes.set(ylim=(0, 2), ylabel="m/s")
+    axes.set(ylim=(0, 2), ylabel="speed, m/s")
     axes.grid()
-    axes.legend(title=f"Real people: {validation.MEASURED}", title_fontsize=8)
+    title = f"Real people: {validation.MEASURED}"
+    axes.legend(title=title, title_fontsize=8, frameon=True, edgecolor="none")
     return page

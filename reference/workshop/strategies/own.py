@@ -187,9 +187,13 @@ class CheckedStrategy:
             ) from None
         last = world.building.floors - 1
         if not 0 <= decision[0] <= last:
-            floors = f"floors 0 to {last}, the lowest first" if last else "floor 0 only"
+            there = (
+                f"are floors 0 to {last}, the lowest first"
+                if last
+                else "is floor 0 only"
+            )
             raise InputError(
-                f"{self.word}: decide returned {answer!r:.60}; there is {floors}."
+                f"{self.word}: decide returned {answer!r:.60}; there {there}."
             )
         return decision
 
