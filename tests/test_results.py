@@ -187,6 +187,41 @@ def test_trainings_in_few_and_many_buildings_are_told_as_kept():
     assert {*lines_of_buildings()} < {*RESULTS.splitlines()}
 
 
+TENTHS = {
+    (cell["robots"], cell["fire"]): cell
+    for cell in json.loads(
+        (ROOT / "tutorials" / "tables" / "tenths.json").read_text(encoding="utf-8")
+    )["cells"]
+}
+"""Preset `paper` by tenths, as `tenths.py` has written them."""
+
+
+def lines_of_tenths() -> list[str]:
+    """Survivors of each age; then reward, difficulty and score under its own fire."""
+    rows = []
+    for robots in dict.fromkeys(who for who, _ in TENTHS):
+        fires = ["none", "random", "busiest", "fixed", "of its age"]
+        met = [TENTHS[robots, fire] for fire in fires if (robots, fire) in TENTHS]
+        cells = [f"{100 * cell['survival']['mean']:.1f}" for cell in met]
+        if robots.endswith("%"):
+            own = met[-1]
+            cells.append(f"{own['reward']['mean']:,.0f}".replace("-", "−"))
+            cells.append(f"{own['difficulty']['mean']:,.0f}")
+            cells.append(f"{own['score']['mean']:.3f}" if own["score"] else "")
+        else:
+            cells += [""] * 4
+        rows.append(row(f"`{robots}`" if robots.isalpha() else robots, cells))
+    return rows
+
+
+def test_the_paper_s_training_by_tenths_is_told_as_kept():
+    """Line by line; and how many more survive at the end than with nobody."""
+    assert {*lines_of_tenths()} < {*RESULTS.splitlines()}
+    end = TENTHS["100%", "busiest"]["gain"]
+    mean, low, high = (signed(100 * end[name]) for name in ("mean", "low", "high"))
+    assert f"| {mean} | [{low}, {high}] |" in RESULTS
+
+
 # -- All of RESULTS: what its words say stands in a table ----------------------------
 
 SECTIONS = dict(
