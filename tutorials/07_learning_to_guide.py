@@ -203,7 +203,8 @@ class Forgetful(poca.Learner):
 
 
 game = dict(gamma=gamma, lambd=lambd, batch_size=64, learning_rate=0.01)
-settings = replace(preset("tiny").robots, **game, learning_rate_schedule="constant")
+game |= dict(head="floor", learning_rate_schedule="constant")  # floor: one Gaussian
+settings = replace(preset("tiny").robots, **game)
 curves = {
     "MA-POCA": learn(poca.Learner),
     "without posthumous credit": learn(Forgetful),
