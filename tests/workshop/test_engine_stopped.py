@@ -34,13 +34,15 @@ def begun(command, tmp_path, **env):
 @pytest.mark.parametrize("command", [EVALUATE, TRAIN])
 def test_a_stop_while_it_compiles_ends_it_at_once(number, command, tmp_path):
     """Status 130, one message, and no file of compiled code or half of one."""
-    process = begun(command, tmp_path, XDG_CACHE_HOME=str(tmp_path / "cache"))
+    cache = {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    # a crash of a library tells where it was
+    process = begun(command, tmp_path, **cache, PYTHONFAULTHANDLER="1")
     while "compiling the engine" not in process.stderr.readline():
         assert process.poll() is None
     time.sleep(random.uniform(0, 15))
     process.send_signal(number)
     _, err = process.communicate(timeout=60)
-    assert process.returncode == 130
+    assert process.returncode == 130, err
     assert "stopped. Go on with:" in err and "Traceback" not in err
     assert not [*(tmp_path / "cache").rglob("*.nb?*")]
     assert not [*tmp_path.rglob(".*-part*")]
