@@ -10,13 +10,11 @@ them, on the seeds of the experiment's tests.  Whatever is finished is kept; the
 command goes on.  A training takes some four minutes of a core.
 """
 
-import signal
-import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
 import numpy as np
-from how_many_buildings import finish_training
+from how_many_buildings import finish_training, until_stopped
 
 from reference.workshop.comparing.design import read_experiment
 from reference.workshop.comparing.intervals import interval_over_trainings
@@ -68,7 +66,6 @@ def main():
     parser.add_argument("--decisions", type=int, default=20_000, help="of each fire")
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
 
     experiment = read_experiment(asked.file)
     test = experiment.test
@@ -103,8 +100,4 @@ def main():
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except KeyboardInterrupt:
-        print("stopped; the same command goes on", file=sys.stderr)
-        sys.exit(130)
+    until_stopped(main)

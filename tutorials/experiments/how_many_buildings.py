@@ -133,7 +133,6 @@ def main():
     add("--workers", type=int, default=2, help="processes; 0: this one; 2")
     add("--picture", type=Path, help="DIR/buildings.png")
     asked = parser.parse_args()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
 
     make_folder(asked.out)
     table = asked.out / "how_many.json"
@@ -165,9 +164,15 @@ def main():
     save(drawn(found), asked.picture or asked.out / "buildings.png")
 
 
-if __name__ == "__main__":
+def until_stopped(main):
+    """Run a script that goes on where it was; Ctrl-C and SIGTERM stop it alike."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         main()
     except KeyboardInterrupt:
         print("stopped; the same command goes on", file=sys.stderr)
         sys.exit(130)
+
+
+if __name__ == "__main__":
+    until_stopped(main)

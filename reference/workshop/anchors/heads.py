@@ -86,7 +86,7 @@ class MixtureActor(Actor):
     make_head: Any = MixtureHead
 
     def __init__(self, sizes: AnchorSizes, settings: TrainerSettings):
-        nn.Module.__init__(self)
+        nn.Module.__init__(self)  # not Actor's, which makes the paper's head
         self.body = Body(sizes, settings)
         self.head = self.make_head(settings.hidden_units, sizes)
 
