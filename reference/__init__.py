@@ -84,6 +84,7 @@ WORKSHOP = (
     "workshop.engine.robots",  # as `robots`
     "workshop.engine.burns",  # as `fire`
     "workshop.engine.ticks",  # as `simulation`
+    "workshop.engine.apart",  # compiled in another process, which a stop may kill
     "workshop.engine.storing",  # compiled code is kept on disk
     "workshop.engine.going",  # the engine and the book in turn
     "workshop.engine",  # by the engine, or by the book where a rule has changed

@@ -2,6 +2,7 @@
 
 import os
 import time
+from contextlib import suppress
 
 import pytest
 
@@ -27,14 +28,27 @@ def home(tmp_path, monkeypatch):
 
 @pytest.fixture
 def ready(home, monkeypatch):
-    """A function: compile or load as a new process does; return what it says."""
+    """A function: compile or load as a new process does; return what it says.
+
+    What another process would compile for it is compiled in this one.
+    """
+
+    def begin(entry):
+        monkeypatch.setattr(storing, "ENTRIES", [entry])
+        return lambda: entry(21)
 
     def make_ready():
-        entry = mirrors.compiled(twice, entry=True)
-        monkeypatch.setattr(storing, "ENTRIES", [entry])
+        mine = mirrors.compiled(twice, entry=True)
+
+        def compile_apart(folder):
+            other = mirrors.compiled(twice, entry=True)
+            with suppress(OSError):
+                storing.compile_here(begin(other), folder)
+            begin(mine)
+
         said = []
-        storing.make_ready(lambda: entry(21), said.append)
-        assert entry(21) == 42
+        storing.make_ready(begin(mine), compile_apart, said.append)
+        assert mine(21) == 42
         return said
 
     monkeypatch.setattr(mirrors, "ENTRIES", [])
@@ -128,7 +142,7 @@ def test_what_other_versions_have_left_is_removed_after_a_week(ready, home):
     for name in (names[0], names[2]):
         os.utime(home / name, (long_ago, long_ago))
     ready()
-    mine = storing._folder().name
+    mine = storing.folder_of_this_code().name
     assert {path.name for path in home.iterdir()} == {mine, *names[1:]}
     os.utime(home / names[1], (long_ago, long_ago))
     ready()
@@ -137,11 +151,11 @@ def test_what_other_versions_have_left_is_removed_after_a_week(ready, home):
 
 def test_other_constants_and_settings_are_kept_in_another_folder(home, monkeypatch):
     """numba itself would not hear of them."""
-    folders = {storing._folder()}
+    folders = {storing.folder_of_this_code()}
     monkeypatch.setattr(mirrors, "BOOK", "another.")
-    folders.add(storing._folder())
+    folders.add(storing.folder_of_this_code())
     monkeypatch.setenv("NUMBA_OPT", "1")
-    folders.add(storing._folder())
+    folders.add(storing.folder_of_this_code())
     monkeypatch.setenv("NUMBA_CACHE_DIR", "anywhere")
-    folders.add(storing._folder())
+    folders.add(storing.folder_of_this_code())
     assert len(folders) == 3

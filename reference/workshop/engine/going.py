@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from threading import RLock
 
 import numpy as np
@@ -13,6 +14,7 @@ from reference.rays import NO_HOLES
 from reference.robots import Destinations, actual_target, said_on_the_way
 from reference.simulation import Simulation
 from reference.workshop.engine import storing, ticks
+from reference.workshop.engine.apart import compile_apart
 from reference.workshop.engine.keeping import kept_with
 from reference.workshop.engine.mirrors import written_from
 from reference.workshop.engine.rows import cast_rays
@@ -30,12 +32,21 @@ floor 1: ground
 
 def make_ready(say: Callable[[str], None]) -> None:
     """Compile what a tick needs, or load it from the disk."""
+    storing.make_ready(_first_call(), compile_apart, say)
 
+
+def compile_into(folder: str) -> None:
+    """Compile what a tick needs, in a process that does nothing else."""
+    storing.compile_here(_first_call(), Path(folder))
+
+
+def _first_call() -> Callable[[], None]:
+    """Make a call of every compiled entry."""
     run = Simulation(building_of(HUT), Scenario(people=0))
     mine = arrays_of(run)
     mine.take()  # what fails here is no fault of what is kept on disk
 
-    def first_call() -> None:
+    def call() -> None:
         cast_rays(run.sight, run.sight._clear.reshape(run.building.kind.shape))
         mine.tables.add_row(int(np.flatnonzero(run.building.walkable)[0]), NO_HOLES)
         advance(run, 0)
@@ -44,7 +55,7 @@ def make_ready(say: Callable[[str], None]) -> None:
             run.navigation._search.cache_clear()
             run.navigation.distances(run.navigation.goals[0])
 
-    storing.make_ready(first_call, say)
+    return call
 
 
 def arrays_of(run: Simulation) -> RunArrays:

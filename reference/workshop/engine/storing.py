@@ -9,7 +9,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from enum import EnumMeta
 from hashlib import sha256
 from pathlib import Path
@@ -22,6 +22,7 @@ from numba.core import event
 from numba.core.registry import cpu_target
 
 from reference.workshop.engine.mirrors import ENTRIES
+from reference.workshop.storage.workers import stop_delayed
 
 ENGINE = Path(__file__).parent
 CONFIG: Any = numba.config
@@ -30,37 +31,82 @@ HALF_WRITTEN = "*/*.tmp.*"  # by numba
 SETTINGS = "NUMBA_"  # begins the names of variables that change what numba makes
 
 
-def make_ready(first_call: Callable[[], None], say: Callable[[str], None]) -> None:
+def make_ready(
+    first_call: Callable[[], None],
+    compile_apart: Callable[[Path], None],
+    say: Callable[[str], None],
+) -> None:
     """Load what was compiled before, or compile, and say so; then nothing is slow.
 
     first_call: calls every entry of the engine.
+    compile_apart: lets another process keep all in a folder, by `compile_here`.
     """
-    folder = _folder()
+    folder = folder_of_this_code()
     there = _is_writable(folder)
     kept = f"once; kept in {folder}" if there else f"as {folder} cannot be written"
-    listener = _Once(f"compiling the engine, half a minute or more, {kept}", say)
-    waiting = _alone_in(folder) if there else nullcontext()
-    with waiting, event.install_listener("numba:compile", listener):
-        # damaged files are removed; if that does not help, nothing is kept
-        for where in (folder, folder, None) if there else (None,):
-            _keep_entries_in(where)
+    text = f"compiling the engine, half a minute or more, {kept}"
+    if there:
+        with _alone_in(folder):
+            _keep_entries_in(folder)
+            if _load(first_call, folder):
+                return
+            say(text)
             try:
-                first_call()
-            except Exception:  # of any kind, from a damaged file or a full disk
-                if where is None:
-                    raise
-                _remove(folder.glob("*/*"))
+                compile_apart(folder)
             except KeyboardInterrupt:
                 # entries compiled before the stop are whole, but not all
-                _remove(folder.glob("*/*" if listener.told else HALF_WRITTEN))
+                _remove(folder.glob("*/*"))
                 raise
-            else:
-                break
-    if listener.told:
-        _remove_what_nobody_uses(folder)
+            _remove_what_nobody_uses(folder)
+            if _load(first_call, folder):
+                return
+    else:
+        say(text)
+    # what no other process can make, or keep, is made for this one only
+    _keep_entries_in(None)
+    first_call()
 
 
-def _folder() -> Path:
+def compile_here(first_call: Callable[[], None], folder: Path) -> None:
+    """Compile into a folder, if it is the one of this code."""
+    if folder == folder_of_this_code():
+        _keep_entries_in(folder)
+        first_call()
+
+
+def _load(first_call: Callable[[], None], folder: Path) -> bool:
+    """Load what a folder keeps; False: something is missing, or damaged and removed.
+
+    It takes a second, in which a stop waits: in the middle of it Python may crash.
+    """
+    with stop_delayed():
+        try:
+            with event.install_listener("numba:compile", _Refuse()):
+                first_call()
+        except _MissingError:
+            return False
+        except Exception:  # of any kind, from a damaged file
+            _remove(folder.glob("*/*"))
+            return False
+    return True
+
+
+class _MissingError(Exception):
+    """Something would have to be compiled."""
+
+
+class _Refuse(event.Listener):
+    """Refuses to compile."""
+
+    def on_start(self, begun: Any) -> None:
+        """Stop what would begin."""
+        raise _MissingError
+
+    def on_end(self, ended: Any) -> None:
+        """Say nothing."""
+
+
+def folder_of_this_code() -> Path:
     """A folder named by all that goes into compiled code.
 
     numba itself hears of changes in one file only: not of those in helpers and
@@ -127,24 +173,6 @@ def _alone_in(folder: Path) -> Iterator[None]:
         with suppress(OSError, NotImplementedError):  # a disk that knows no locks
             stack.enter_context(FileLock(folder / "compiling.lock"))
         yield
-
-
-class _Once(event.Listener):
-    """Hears that a compilation begins."""
-
-    def __init__(self, text: str, say: Callable[[str], None]):
-        self.text = text
-        self.say = say
-        self.told = False
-
-    def on_start(self, begun: Any) -> None:
-        """Say so, the first time."""
-        if not self.told:
-            self.told = True
-            self.say(self.text)
-
-    def on_end(self, ended: Any) -> None:
-        """Say nothing."""
 
 
 def _remove(paths: Iterable[Path]) -> None:
