@@ -25,6 +25,7 @@ from reference.workshop.storage.workers import workers
 from reference.workshop.training.checkpoints import load_checkpoint
 
 OWN = "of its age"
+THROUGH = "100%, fire through"
 FIRES = {
     "none": "tab:green",
     "random": "tab:olive",
@@ -46,10 +47,17 @@ FIGURES = {
 
 
 def checkpoints(training, tenths):
-    """Find the checkpoint of each age: its path by its share of all decisions."""
+    """Find the checkpoint of each age: its path by its share of robots' decisions.
+
+    Robots that are through are held while their fire goes on: then its end is one more.
+    """
     paths = {age: path for path, age in ages(training, tenths).items()}
-    newborn = training / "checkpoint-000000.pt"
-    return {"0%": str(newborn)} | paths if newborn.exists() else paths
+    first, *_, last = sorted(map(str, training.glob("checkpoint-*.pt")))
+    if first.endswith("-000000.pt"):
+        paths = {"0%": first} | paths
+    if last not in paths.values():
+        paths[THROUGH] = last
+    return paths
 
 
 def play(paths, folder, episodes, executor):
