@@ -203,7 +203,7 @@ def lines_of_tenths() -> list[str]:
         fires = ["none", "random", "busiest", "fixed", "of its age"]
         met = [TENTHS[robots, fire] for fire in fires if (robots, fire) in TENTHS]
         cells = [f"{100 * cell['survival']['mean']:.1f}" for cell in met]
-        if robots.endswith("%"):
+        if (robots, "of its age") in TENTHS:
             own = met[-1]
             cells.append(f"{own['reward']['mean']:,.0f}".replace("-", "−"))
             cells.append(f"{own['difficulty']['mean']:,.0f}")
