@@ -48,7 +48,7 @@ class SweepAsObserved:
 def as_observer(world, robots, way_of):
     """Decide as `observer`, but take another way out: way_of(outside, robot, led)."""
     seen = as_observed(world)
-    outside = ways_outside(seen.building, risk(seen))
+    outside = ways_outside(seen.building, risk(seen.building, seen.flames))
     on_stairs = seen.bodies.inside & ~seen.bodies.walking
     lost = unguided(seen) | on_stairs
     return decide_in_turn(seen, robots, lost, partial(way_of, outside), guides.DETOUR)

@@ -179,9 +179,8 @@ class RobotView:
 
     def _find_anchors(self, to_spot: np.ndarray) -> None:
         """List anchors: keep, stay, ways out, feet, rims, nearest lost people [C5]."""
-        first = self.order[:, :NEAREST_PEOPLE]
+        first, lost = self._people_at_anchors()
         each = np.arange(len(first))[:, None]
-        lost = self.lost[each, first]
         people = np.where(lost[..., None], self.points[each, first, :2], np.nan)
         to_people = np.where(lost, self.far[each, first], FAR)
 
@@ -198,6 +197,12 @@ class RobotView:
         if self.masks:
             self.allowed &= self.helpful()
         self.allowed[:, WAIT] = True  # a mixture of nothing has no logarithm
+
+    def _people_at_anchors(self) -> tuple[np.ndarray, np.ndarray]:
+        """(B, k) indices of people, the nearest lost; and which of them are lost."""
+        first = self.order[:, :NEAREST_PEOPLE]
+        each = np.arange(len(first))[:, None]
+        return first, self.lost[each, first]
 
     def helpful(self) -> np.ndarray:
         """(B, K) bool: False masks useless anchors.

@@ -31,6 +31,7 @@ from reference.workshop.anchors.frame import (
     RobotView,
     nearness,
 )
+from reference.workshop.anchors.reckoning import FARTHEST, CostsNow, gains
 from reference.workshop.strategies.guides import GROUP_RADIUS, SOON
 from reference.workshop.strategies.observed import (
     FAR,
@@ -47,6 +48,7 @@ from reference.workshop.strategies.traffic import (
     stairwell_feet,
     ways_outside,
 )
+from reference.world import Flames
 
 CROP = 21  # [C3, chosen] cells along a side of what a robot reads of the grid
 CROP_SHAPE = (len(GRID_KINDS), CROP, CROP)
@@ -55,13 +57,19 @@ MATES_READ = 3
 """[C5, chosen] of a robot's own floor, the nearest: as many as generated ones have."""
 RIMS_NUMBERED = 4  # [C5, chosen] rims of a floor that are told apart by their number
 SLACK = 1.0  # [C5, chosen] metres of detour at which flames are half on the way
-FARTHEST = 300.0  # metres from the outside, at most; walls are so far
+APART = 2.0  # [C5, chosen] metres between anchors at people, at least
+GROUPS = 10  # [C5, chosen] anchors at people
 # what counts as one, in the numbers that a network reads
 CREW = 2.0  # robots
 GROUP = 5.0  # people
 AWAY = 30.0  # metres from the outside
 WIDE = 4.0  # cells of a way out
 BLAZE = 10.0  # burning cells; so many are half of very many
+HASTE = 0.2  # people for a metre of way
+# what a network reads of it, at most: where a robot stands at an exit it is unbounded
+MOST_EXTRA = 10.0
+MOST_GAIN = 5.0
+MOST_DETOUR = 3.0
 
 # Numbers of a mark. Two that tell its kind: a rim guards an exit or stairs.
 EXIT, STAIRS, FOOT, RIM, WIDTH, LEADS, BURNS, BURNS_NEAR, COMING, NUMBER = range(10)
@@ -106,7 +114,9 @@ class SetSizes(AnchorSizes):
 class KnownWays:
     """What robots know of ways out, feet of stairs and rims, in the map's order.
 
+    by_mark  `ways_outside`, without flames
     outside  (places,) metres from there to the outside, with stairs and lower floors
+    marks    of each floor, the landmarks of each of its ways out
     wells    (floors, k) index of a way out's stairwell, -1 for exits
     width    (floors, k) cells of a way out
     leads    (floors, k) metres from a way out to the outside
@@ -120,11 +130,12 @@ class KnownWays:
     def __init__(self, building: Building):
         self.building = building
         floors = range(building.floors)
-        by_mark = ways_outside(building, None)
+        self.by_mark = by_mark = ways_outside(building, None)
         self.outside = np.minimum(np.min([*by_mark.values()], axis=0), FARTHEST)
 
         # ways out, as `way_marks` lists them
         ways = [list(_ways_out(building, floor)) for floor in floors]
+        self.marks = [[marks for _, marks in here] for here in ways]
         self.wells = _padded([[well for well, _ in here] for here in ways], -1)
         self.width = _padded([[self._width(m) for _, m in here] for here in ways])
         chains = [[self._chain(by_mark, m[0]) for _, m in here] for here in ways]
@@ -235,16 +246,19 @@ class SetView(RobotView):
         vectors: np.ndarray,
         headed: np.ndarray,
         masks: bool,
-        burning: np.ndarray,
+        flames: Sequence[Flames | None],
     ):
-        """vectors (B, V), headed (B, 2): of all robots of all worlds; burning (S, p).
+        """vectors (B, V), headed (B, 2): of all robots of all worlds.
 
-        masks: as `RobotView`
+        masks: as `RobotView`;  flames: of each world, None for none
         """
         super().__init__(codec, vectors, headed, masks)
-        self.ways = known_ways_of(codec.building)
-        self.burning = burning
-        self.world = np.repeat(np.arange(len(burning)), len(vectors) // len(burning))
+        building = codec.building
+        self.ways = known_ways_of(building)
+        none = np.zeros(building.kind.size, dtype=bool)
+        burning = [none if one is None else one.burning.ravel() for one in flames]
+        self.burning = np.stack(burning)
+        self.world = np.repeat(np.arange(len(flames)), len(vectors) // len(flames))
         self.humans = self.points[:, self.people]
         self.sources = self.points[:, self.fires]
         self.stands = self.places[:, self.people]
@@ -253,10 +267,46 @@ class SetView(RobotView):
         walks = self.inside & ~self.map.stairs[self.stands]
         self.here = walks & (self.humans[..., 2] == self.floor[:, None])
         self._find_mates()
+        self._reckon(CostsNow(building, self.ways.marks, self.ways.by_mark, flames))
 
     def _order_of_marks(self, way: np.ndarray) -> np.ndarray:
         """(B, m) the map's order: a set has none, and the map knows their ways."""
         return np.broadcast_to(np.arange(way.shape[1]), way.shape)
+
+    def _people_at_anchors(self) -> tuple[np.ndarray, np.ndarray]:
+        """The nearest lost, the nearest that is APART from that one, and so on.
+
+        So a group takes few anchors, and the next group has some, too.
+        """
+        each = np.arange(len(self.lost))
+        point = self.points[:, self.people, :2]
+        left = np.where(self.lost, self.far[:, self.people], np.inf)
+        chosen = []
+        found = []
+        for _ in range(GROUPS):
+            nearest = left.argmin(axis=1)
+            chosen.append(nearest)
+            found.append(np.isfinite(left[each, nearest]))
+            off = lengths(point - point[each, nearest][:, None])
+            left = np.where(off < APART, np.inf, left)
+        return np.stack(chosen, axis=1), np.stack(found, axis=1)
+
+    def _reckon(self, costs: CostsNow) -> None:
+        """Reckon metres (B, K): to anchors, on from there, and outside by them.
+
+        By a way out one gets outside through it; else by whichever is cheapest.
+        """
+        world = self.world
+        self.out = costs.outside[world[:, None], self.at]
+        self.to = self.way.astype(float)
+        for b in np.flatnonzero(self.there[:, self.robots][:, 0]):
+            self.to[b] = costs.to_places(
+                world[b], self.place[b], self.at[b], calm=self.to[b]
+            )
+        self.total = np.minimum(self.to + self.out, FARTHEST)
+        outs = costs.by_way[world, self.floor, :, self.place]
+        self.total[:, WAIT + 1 :][:, self.outs] = outs
+        self.outside = costs.outside[world, self.place]
 
     def _find_mates(self) -> None:
         """Find where the robots of the same world are, and where they are headed."""
@@ -338,12 +388,30 @@ class SetView(RobotView):
             mate_near,
             mate_first,
             self._at(self.spot[:, None]),
+            *self._reckoned(lost),
             self.allowed,
             real,
         ]
         rest = np.stack(columns, axis=-1, dtype=float)
         parts = [kinds, of_map, self.anchors, rest]
         return np.concatenate(parts, axis=-1) * real[..., None]
+
+    def _reckoned(self, lost: np.ndarray) -> list[np.ndarray]:
+        """(B, K) each: what a guide would weigh; lost (B, K): people in groups."""
+        extra = self.total - self.outside[:, None]
+        outs = self.total[:, WAIT + 1 :][:, self.outs]
+        cheapest = np.zeros_like(self.allowed)
+        cheapest[:, WAIT + 1 :][:, self.outs] = outs == outs.min(axis=1, keepdims=True)
+        more, detour = gains(self.total, self.outside, lost, self.mine.sum(axis=1))
+        return [
+            self.out / AWAY,
+            np.minimum(self.to, FARTHEST) / UNIT,
+            self.total / AWAY,
+            (extra / UNIT).clip(-MOST_EXTRA, MOST_EXTRA),
+            cheapest,
+            (more / HASTE).clip(-MOST_GAIN, MOST_GAIN),
+            np.minimum(detour, MOST_DETOUR),
+        ]
 
     def _map_numbers(self) -> np.ndarray:
         """(B, m, MARK_NUMBERS) what the map and the flames tell of its anchors."""

@@ -49,6 +49,7 @@ from reference.workshop.storage.records import (
     check_rows,
 )
 from reference.workshop.strategies.fires import places_beside
+from reference.world import Flames
 
 # -- Settings -----------------------------------------------------------------------
 
@@ -223,16 +224,15 @@ class RobotsSets(RobotsFrame):
         # Nobody's observations, of the right size.
         robots = self.layout.blocks["robots"].rows
         vectors = np.zeros((robots, self.layout.size))
-        no_flames = np.zeros((1, building.kind.size), dtype=bool)
-        view = self._sets(vectors, np.full((robots, 2), np.nan), no_flames)
+        view = self._sets(vectors, np.full((robots, 2), np.nan), [None])
         self.shapes = view.shapes()
         self.size = view.numbers().shape[1]
         self.anchors = view.anchors.shape[1]
 
     def _sets(
-        self, vectors: np.ndarray, headed: np.ndarray, burning: np.ndarray
+        self, vectors: np.ndarray, headed: np.ndarray, flames: Sequence[Flames | None]
     ) -> SetView:
-        return SetView(self, vectors, headed, self.settings.masks, burning)
+        return SetView(self, vectors, headed, self.settings.masks, flames)
 
     @property
     def sizes(self) -> SetSizes:
@@ -255,8 +255,8 @@ class RobotsSets(RobotsFrame):
         worlds = [moment.world for moment in moments]
         headed = robot_destinations(*worlds)
         # Flames never leave the main body, so it is what the grid tells [C3].
-        burning = np.stack([world.flames.burning.ravel() for world in worlds])
-        seen = self._sets(vectors, headed, burning).numbers()
+        flames = [world.flames for world in worlds]
+        seen = self._sets(vectors, headed, flames).numbers()
         return seen.reshape(len(moments), -1, self.size)
 
     def grids(self, moments: Sequence[Moment]) -> np.ndarray:

@@ -26,7 +26,7 @@ from reference.workshop.strategies.observed import (
     stairs_that_end,
 )
 from reference.workshop.strategies.traffic import ways_outside
-from reference.world import NOBODY, NOWHERE, Robot, World
+from reference.world import NOBODY, NOWHERE, Flames, Robot, World
 
 GROUP_RADIUS = 4.0  # [C7, chosen] metres: people this near form one group
 AT_HAND = 2.0  # [C7, chosen] metres: people this near a robot follow it, or never will
@@ -122,7 +122,7 @@ class Escort:
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Take the way that is safest to the outside, and short detours."""
-        outside = ways_outside(world.building, risk(world))
+        outside = ways_outside(world.building, risk(world.building, world.flames))
         on_stairs = world.bodies.inside & ~world.bodies.walking
         lost = unguided(world) | on_stairs
         return decide_in_turn(world, robots, lost, partial(safest_way, outside), DETOUR)
@@ -297,15 +297,14 @@ def metres_from(world: World, robot: Robot) -> np.ndarray:
     return nav.distances([robot.place], flame_cost(world, robot.floor))
 
 
-def risk(world: World) -> np.ndarray | None:
+def risk(building: Building, flames: Flames) -> np.ndarray | None:
     """Raise the cost of a metre where flames are or will be soon: (places,) metres.
 
     None without flames.
     """
-    flames = world.flames
     if not flames.burning.any():
         return None
-    nav = navigation_of(world.building)
+    nav = navigation_of(building)
     d = np.full(nav.places, inf)
     for floor, burning in enumerate(flames.burning):
         alight = np.flatnonzero(burning) + floor * nav.floor_size
