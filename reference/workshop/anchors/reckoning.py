@@ -1,0 +1,91 @@
+"""What an anchor costs: metres to go there and on to the outside, by present flames.
+
+Metres beside flames count more, as hand-written guides reckon [C7]; robots know the map
+and see what burns [C3].
+
+    S  worlds;  B  robots of all worlds;  K  anchors;  p  places
+    k  ways out of a floor
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from reference.building import Building
+from reference.navigation import navigation_of
+from reference.workshop.strategies.guides import DETOUR, TRIP, risk
+from reference.workshop.strategies.traffic import ways_outside
+from reference.world import Flames
+
+FARTHEST = 300.0  # metres, at most; walls are so far
+
+MarksOfWays = Sequence[Sequence[Iterable[int]]]  # landmarks of a floor's ways out
+
+
+class CostsNow:
+    """Metres outside in each world, more near its flames, FARTHEST at most.
+
+    outside  (S, p) by the cheapest way
+    by_way   (S, floors, k, p) by each way out of a floor
+    """
+
+    def __init__(
+        self,
+        building: Building,
+        ways: MarksOfWays,
+        calm: Mapping[int, np.ndarray],
+        flames: Sequence[Flames | None],
+    ):
+        """ways: of each floor, the landmarks of each of its k ways out.
+
+        calm: `ways_outside` without flames;  flames: of each world, None for none
+        """
+        self.nav = navigation_of(building)
+        self.flames = flames
+        most = max(map(len, ways))
+        shape = len(flames), len(ways), most, self.nav.places
+        self.by_way = np.full(shape, FARTHEST)
+        self.outside = np.full((len(flames), self.nav.places), FARTHEST)
+        for s, one in enumerate(flames):
+            cost = risk(building, one) if one else None
+            found = calm if cost is None else ways_outside(building, cost)
+            self._note(self.outside[s], found.values())
+            for floor, here in enumerate(ways):
+                for k, marks in enumerate(here):
+                    self._note(self.by_way[s, floor, k], [found[m] for m in marks])
+
+    @staticmethod
+    def _note(least: np.ndarray, metres: Iterable[np.ndarray]) -> None:
+        """Note the least of several metres, (p,) each."""
+        for d in metres:
+            np.minimum(least, d, out=least)
+
+    def to_places(
+        self, world: int, start: int, goals: np.ndarray, calm: np.ndarray
+    ) -> np.ndarray:
+        """Measure metres to goals of the same floor, round flames, as robots walk.
+
+        calm: the same without flames
+        """
+        flames = self.flames[world]
+        if flames is None or not flames.burning[start // self.nav.floor_size].any():
+            return calm
+        return self.nav.distances([start], flames.cost)[goals]
+
+
+def gains(
+    total: np.ndarray, here: np.ndarray, lost: np.ndarray, led: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Weigh anchors as `guides.choose` does its groups: (B, K) each.
+
+    total (B, K): metres outside by an anchor;  here (B,): by the cheapest way
+    lost (B, K): people in a group there;  led (B,): by the robot
+
+    Returns how many more people a metre it brings than to lead out at once, and the
+    detour of all who are led for each person fetched, 1 at the guides' limit.
+    """
+    led = led[:, None]
+    here = here[:, None]
+    more = (led + lost) / (TRIP + total) - led / (TRIP + here)
+    detour = led * np.maximum(total - here, 0) / (DETOUR * np.maximum(lost, 1))
+    return more, detour
