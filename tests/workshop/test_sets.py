@@ -7,6 +7,7 @@ import pytest
 import torch
 from movies import shipped, stage, wait
 
+from reference.building import lengths
 from reference.fire import RandomFire
 from reference.game.codec import Moment
 from reference.game.observations import grid, robot_vectors, vector_layout
@@ -17,10 +18,12 @@ from reference.learning.poca import GroupCritic
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop.anchors.frame import KEEP, UNIT, WAIT
+from reference.workshop.anchors.frame import KEEP, NEAREST_PEOPLE, UNIT, WAIT
 from reference.workshop.anchors.sets import (
+    APART,
     CROP,
     FARTHEST,
+    GROUPS,
     MARK_NUMBERS,
     MATES_READ,
     KnownWays,
@@ -236,11 +239,11 @@ def test_robots_that_change_places_change_their_decisions():
 @pytest.mark.paper("C5", "chosen")
 @pytest.mark.parametrize("masks", [True, False])
 def test_its_anchors_are_those_of_a_mixture(masks):
-    """The same points, and the same of them may be chosen; only their order differs."""
+    """But at people: the same points, and the same of them may be chosen."""
     for name in BUILDINGS:
         for sim in evacuations(name):
             found = []
-            for head in ("mixture", "set"):
+            for head, people in (("mixture", NEAREST_PEOPLE), ("set", GROUPS)):
                 codec = codec_of(sim, head, masks=masks)
                 (seen,) = codec.read([moment_of(sim)])
                 K = codec.anchors
@@ -249,9 +252,42 @@ def test_its_anchors_are_those_of_a_mixture(masks):
                     seen[:, 1 : 2 * K : 2],
                     seen[:, 2 * K :],
                 ]
-                found.append(np.stack([row[:, :K] for row in rows], axis=-1))
+                of_map = K - people
+                found.append(np.stack([row[:, :of_map] for row in rows], axis=-1))
             for one, other in zip(*found, strict=True):
                 assert sorted(one.tolist()) == sorted(other.tolist())
+
+
+@pytest.mark.paper("C5", "chosen")
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_its_anchors_at_people_stand_apart_and_leave_nobody_out(name):
+    """The first is at the nearest; each lost person is near one, as far as they go."""
+    most = 0
+    for sim in evacuations(name, people=60):
+        codec = codec_of(sim, masks=False)
+        (seen,) = codec.read([moment_of(sim)])
+        K = codec.anchors
+        spots = UNIT * seen[:, : 2 * K].reshape(-1, K, 2)[:, -GROUPS:]
+        there = seen[:, 2 * K : 3 * K][:, -GROUPS:] > 0
+        people = numbers(codec, seen)["people"]
+        mixture = codec_of(sim, "mixture", masks=False)
+        (nearest,) = mixture.read([moment_of(sim)])
+        first = UNIT * nearest[:, : 2 * mixture.anchors].reshape(len(seen), -1, 2)
+        for b in range(len(seen)):
+            mine = spots[b, there[b]]
+            off = lengths(mine[:, None] - mine)
+            assert (off[~np.eye(len(mine), dtype=bool)] >= APART - 1e-3).all()
+            here = (people[b, :, 2] == 0) & (people[b, :, 4] == 1)
+            lost = UNIT * people[b, here, :2]
+            if not len(lost):
+                assert not len(mine)
+                continue
+            assert np.allclose(mine[0], first[b, -NEAREST_PEOPLE], atol=1e-3)
+            if len(mine) < GROUPS:
+                off = lengths(lost[:, None] - mine).min(axis=1)
+                assert (off < APART + 1e-3).all()
+            most = max(most, len(mine))
+    assert most > 1
 
 
 @pytest.mark.paper("E6")
