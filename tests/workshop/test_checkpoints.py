@@ -185,8 +185,10 @@ def test_refuses_networks_of_another_shape(checkpoint):
     """Before anything is played."""
     wider = replace(checkpoint.task, settings=tiny(robots={"hidden_units": 16}))
     other = replace(checkpoint, task=wider)
-    with pytest.raises(CheckpointError, match="does not fit its settings"):
+    with pytest.raises(CheckpointError, match="its network does not fit its settings"):
         LearnedRobots(other)
+    with pytest.raises(CheckpointError, match=r"made by version 0\.1\.2, "):
+        LearnedRobots(replace(other, version="0.1.2"))
 
 
 def test_refuses_to_go_on_with_moments_of_another_shape(checkpoint):

@@ -135,6 +135,22 @@ def test_an_evaluation_does_not_go_on_with_code_that_has_changed(mine, capsys):
     assert main(["evaluate", "--resume", "--workers", "0", "--out", "out"]) == 0
 
 
+def test_code_that_raised_may_be_mended_before_an_evaluation_goes_on(mine):
+    """It has no runs yet; those of others stay."""
+    raises = "    def decide(self, *asked):\n        raise KeyError(asked)\n"
+    Path(f"{mine}.py").write_text(f"class Guide:\n{raises}")
+    asked = (
+        f"evaluate --building tiny --people 2 --episodes 1 --robots none {mine}:Guide"
+    )
+    with pytest.raises(KeyError):
+        main(f"{asked} --fire none --workers 0 --out out".split())
+    before = Path("out/runs.csv").read_text()
+    Path(f"{mine}.py").write_text(CODE)
+    assert main(["evaluate", "--resume", "--workers", "0", "--out", "out"]) == 0
+    after = Path("out/runs.csv").read_text()
+    assert after.startswith(before) and len(after) > len(before)
+
+
 def test_an_experiment_tests_code_and_plays_it_anew_when_it_has_changed(mine):
     """Its page has the name that was typed."""
     rows = f"""

@@ -365,7 +365,9 @@ def resume_evaluation(
     numbers = content.pop("numbers", None)
     begun = record_from(Evaluation, content, str(path))
     with errors_naming(path):
-        refuse_changed(begun.digests, with_digests(begun).digests)
+        # of the words, only those that have played: `refuse_mixing` does, later
+        drawn = {word: begun.digests[word] for word in begun.digests if word == MAP}
+        refuse_changed(drawn, with_digests(begun).digests)
     refuse_numbers(path, numbers)  # after code of your own, which may change some
     files = _newest_checkpoints((*robots, *fires)) | dict(begun.files)
     robots = _without_repeats((*begun.robots, *robots))

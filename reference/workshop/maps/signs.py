@@ -184,12 +184,16 @@ def _walls(board: Board) -> None:
 
 
 def _floors(board: Board) -> None:
-    """Find signs that fill rooms."""
+    """Find signs that fill rooms; beside drawn floor a shaft is none."""
     inside = ~rim_of(board) & ~np.isin(board.plain, ["#", "+", "E"]) & ~_outside(board)
     signs = board.plain[inside]
     for sign in _signs_in(board, besides=_MEANT):
         count = int((signs == sign).sum())
-        share = 0.5 if sign in "ABCD" else FLOOR_SHARE
+        share = FLOOR_SHARE
+        if sign in "ABCD":
+            share = 0.5
+            if "." in signs and _is_shaft(board, board.plain == sign):
+                continue
         if count >= max(FEWEST_CELLS, share * len(signs)):
             _type(board, sign, ".")
 

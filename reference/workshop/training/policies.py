@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+import reference
 from reference.building import Building, building_of
 from reference.game.codec import Moment, decided
 from reference.learning.players import LearnedNetwork
@@ -70,7 +71,9 @@ class LearnedPolicy(Trained):
         self.learned = who
         self.sample = sample
         # Damaged files are refused here, not in the middle of an evaluation.
-        with must_fit(name, "its network does not fit its settings"):
+        made = checkpoint.version
+        old = "" if made == reference.__version__ else f", made by version {made},"
+        with must_fit(name, f"its network{old} does not fit its settings"):
             self.player = who.player(self.side, self.building, self.scenario)
 
     @property
