@@ -240,11 +240,19 @@ def test_fix_writes_nothing_where_nothing_is_wrong(plan, capsys):
     assert [path.name for path in plan.parent.iterdir()] == ["plan.txt"]
 
 
-def test_refuses_to_fix_what_no_hint_can(plan, capsys):
-    """Nothing is drawn: somebody has to draw."""
-    plan.write_text("building: Flat\n")
+@pytest.mark.parametrize(
+    ("left", "what"),
+    [
+        (b"building: Flat\n", "no floor is drawn"),
+        (b"building: Flat\r\rhello", "no floor is drawn"),
+        (b"\x89PNG\r\n\x1a\n\0\xff\x93", "this is not plain text in UTF-8"),
+    ],
+)
+def test_refuses_to_fix_what_no_hint_can(left, what, plan, capsys):
+    """Nothing is drawn: somebody has to draw; a picture is no map."""
+    plan.write_bytes(left)
     status, page = refusal(capsys, "check", "plan.txt", "--fix")
-    assert status == 1 and "no floor is drawn" in page
+    assert status == 1 and what in page
     assert "nothing is written: no hint here says what to type\n" in page
     assert [path.name for path in plan.parent.iterdir()] == ["plan.txt"]
 

@@ -90,10 +90,11 @@ def repaired(text: str, path: str = "<text>") -> Repair:
             left = error
         else:
             return Repair(text, tuple(rounds), None)
-        better = obeyed(text, left.mistakes)
-        if better in seen:  # nothing to type, or hints that undo each other
+        followed = tuple(mistake for mistake in left.mistakes if mistake.edits)
+        better = obeyed(text, followed)
+        if not followed or better in seen:  # hints that undo each other
             break
-        rounds.append(tuple(mistake for mistake in left.mistakes if mistake.edits))
+        rounds.append(followed)
         seen.add(better)
         text = better
     return Repair(text, tuple(rounds), left)
