@@ -72,7 +72,8 @@ MOST_GAIN = 5.0
 MOST_DETOUR = 3.0
 
 # Numbers of a mark. Two that tell its kind: a rim guards an exit or stairs.
-EXIT, STAIRS, FOOT, RIM, WIDTH, LEADS, BURNS, BURNS_NEAR, COMING, NUMBER = range(10)
+EXIT, STAIRS, FOOT, RIM, WIDTH, LEADS, BURNS, BURNS_NEAR, COMING = range(9)
+STATION, NUMBER = 9, 10
 MARK_NUMBERS = NUMBER + RIMS_NUMBERED
 
 
@@ -236,6 +237,8 @@ class SetView(RobotView):
 
     world   (B,) of each robot;  humans  (B, n, 3), sources  (B, F, 3) points
     mates   (B, M, 3) where they are;  mate_spots  (B, M, 2) where they are headed
+    number  (B,) on my floor;  before  (B, M) bool, mates of a lower one: guides choose
+            in turn, and two robots at one place would else always do the same
     inside  (B, n) bool, here  those on foot on my floor;  beside  (B, M) bool, mates
     stands, at  places of people and of anchors
     """
@@ -315,11 +318,14 @@ class SetView(RobotView):
         spots = self.spot.reshape(S, -1, 2)
         G = own.shape[1]
         others = np.array([[j for j in range(G) if j != g] for g in range(G)], int)
+        self.number = np.tile(np.arange(G), S) % max(1, self.scenario.robots_per_floor)
         self.mates = own[:, others].reshape(S * G, G - 1, 3)
         self.mate_spots = spots[:, others].reshape(S * G, G - 1, 2)
+        self.before = np.tile(others < np.arange(G)[:, None], (S, 1))
         if G == 1:  # a set has at least one element, there or not
             self.mates = np.full((S, 1, 3), paper.ABSENT_POINT)
             self.mate_spots = np.full((S, 1, 2), np.nan)
+            self.before = np.zeros((S, 1), dtype=bool)
         self.beside = self.mates[..., 2] == self.floor[:, None]
         self._forget_far_mates()
 
@@ -374,7 +380,8 @@ class SetView(RobotView):
         real = ~np.isnan(self.spots[..., 0])
         on_way, near = self._flames()
         lost, led = self._people_near()
-        headed, mate_near, mate_first = self._mates_at_anchors()
+        all_mates = self._mates_at_anchors(self.beside)
+        mates_before = self._mates_at_anchors(self.beside & self.before)
         columns = [
             self.way / UNIT,
             nearness(self.way),
@@ -384,9 +391,8 @@ class SetView(RobotView):
             self._sources(),
             lost / GROUP,
             led / GROUP,
-            headed / CREW,
-            mate_near,
-            mate_first,
+            *all_mates,
+            *mates_before,
             self._at(self.spot[:, None]),
             *self._reckoned(lost),
             self.allowed,
@@ -438,6 +444,8 @@ class SetView(RobotView):
         on_stairs = np.where(self.inside, ways.well_of[self.stands], -1)
         coming = on_stairs[:, None] == feet[..., None]
         of_feet[..., COMING] = coming.sum(axis=-1) * (feet >= 0) / GROUP
+        turn = self.number % np.maximum((feet >= 0).sum(axis=1), 1)
+        of_feet[..., STATION] = turn[:, None] == np.arange(feet.shape[1])
 
         # rims
         of_rims[..., EXIT] = rims < 0
@@ -510,13 +518,16 @@ class SetView(RobotView):
         y = self.spots[..., 1:] - points[:, None, :, 1]
         return x * x + y * y
 
-    def _mates_at_anchors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(B, K) each: mates headed there, nearness of the nearest, is it before me?"""
-        spots = np.where(self.beside[..., None], self.mate_spots, np.nan)
+    def _mates_at_anchors(self, which: np.ndarray) -> list[np.ndarray]:
+        """(B, K) each: mates headed there, nearness of the nearest, is it before me?
+
+        which: (B, M) bool, of which mates
+        """
+        spots = np.where(which[..., None], self.mate_spots, np.nan)
         from_mates = self.map.places(self.mates)[:, None]
         way = metres_between(self.map.nav, self.at[..., None], from_mates)
-        way = np.where(self.beside[:, None], way, np.inf).min(axis=-1)
-        return self._at(spots), nearness(way), way < self.way
+        way = np.where(which[:, None], way, np.inf).min(axis=-1)
+        return [self._at(spots) / CREW, nearness(way), way < self.way]
 
     # -- People, mates, fires -------------------------------------------------------
 
@@ -532,7 +543,7 @@ class SetView(RobotView):
         return np.concatenate([known, rest], axis=-1)
 
     def _mates(self) -> np.ndarray:
-        """(B, M, numbers): where it is, is it on my floor, where headed, is it."""
+        """(B, M, numbers): where it is, on my floor, where headed, before me, is it."""
         off = (self.mates[..., :2] - self.me[:, None]) / UNIT
         up = self.mates[..., 2:] - self.floor[:, None, None]
         places = self.map.places(self.mates)
@@ -540,7 +551,8 @@ class SetView(RobotView):
         headed = np.nan_to_num((self.mate_spots - self.me[:, None]) / UNIT)
         goes = ~np.isnan(self.mate_spots[..., :1])
         present = self.mates[..., 2:] > -0.5
-        parts = [off, up, near[..., None], self.beside[..., None], headed, goes]
+        flags = np.stack([self.beside, self.before], axis=-1)
+        parts = [off, up, near[..., None], flags, headed, goes]
         return np.concatenate([*parts, present], axis=-1) * present
 
     def _fires(self, known: np.ndarray) -> np.ndarray:
@@ -580,10 +592,12 @@ class SetView(RobotView):
             self.floor,
             self.floor == 0,
             self.ways.outside[self.place] / AWAY,
+            self.outside / AWAY,
             time / paper.health_seconds(),
             decisions_to_next_fire(time, step) / paper.FIRE_EVERY_DECISIONS,
             ~np.isnan(self.spot[:, 0]),
             self.to_way_out,
+            self.number,
         ]
         return np.stack(columns, axis=-1, dtype=float)
 
