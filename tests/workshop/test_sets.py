@@ -26,6 +26,7 @@ from reference.workshop.anchors.sets import (
     GROUPS,
     MARK_NUMBERS,
     MATES_READ,
+    STATION,
     KnownWays,
     crops,
 )
@@ -48,6 +49,8 @@ HALL = """
     """
 OFF = 3 + MARK_NUMBERS  # numbers of an anchor before where it is from me
 ON_WAY = OFF + 5  # flames on the way to an anchor, near it
+MATES_BEFORE = slice(OFF + 13, OFF + 16)  # of those who choose before me
+MATE_BEFORE = 5  # in a mate's numbers
 
 
 def settings(head="set", **rows):
@@ -219,8 +222,8 @@ def test_the_order_of_people_mates_and_fires_means_nothing(block):
 
 
 @pytest.mark.paper("C5", "chosen")
-def test_robots_that_change_places_change_their_decisions():
-    """A robot's number says nothing to the network."""
+def test_robots_that_change_places_change_what_they_read_but_for_their_number():
+    """It says who chooses before whom; so two robots at one place can part."""
     first, second = stage(HALL), stage(HALL)
     a, b = second.world.robots
     for name in ("position", "place"):
@@ -228,9 +231,37 @@ def test_robots_that_change_places_change_their_decisions():
         setattr(a, name, theirs)
         setattr(b, name, mine)
     codec = codec_of(first)
-    actor, _ = networks(codec)
-    one, other = (says(codec, moment_of(sim), actor) for sim in (first, second))
-    assert torch.allclose(one, other.flip(0), atol=1e-6)
+    one, other = (
+        numbers(codec, codec.read([moment_of(sim)])[0]) for sim in (first, second)
+    )
+    assert one["counts"][:, -1].tolist() == other["counts"][:, -1].tolist() == [0, 1]
+    assert one["mates"][:, 0, MATE_BEFORE].tolist() == [0, 1]
+    near, _ = one["anchors"][..., MATES_BEFORE][..., 1]
+    assert not near.any()  # nobody chooses before the first
+    for read in (one, other):
+        read["anchors"][..., MATES_BEFORE] = 0
+        read["mates"][..., MATE_BEFORE] = 0
+        read["counts"][:, -1] = 0
+    for name, read in one.items():
+        assert np.array_equal(read, other[name][::-1]), name
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_foot_of_stairs_is_the_station_of_some():
+    """As `guides.station` has it: the robots of a floor take turns."""
+    (sim,) = evacuations("paper", (8.0,))
+    codec = codec_of(sim)
+    (seen,) = codec.read([moment_of(sim)])
+    anchors = numbers(codec, seen)["anchors"]
+    feet = way_marks(sim.building, 0)[1]
+    mine = [robot for robot in sim.world.robots if robot.floor == 0]
+    assert len(feet) == len(mine) == 2
+    for robot, read in zip(sim.world.robots, anchors, strict=True):
+        stations = read[read[:, 3 + STATION] == 1]
+        assert len(stations) == (robot.floor == 0)
+        for station in stations:
+            at = robot.position + UNIT * station[OFF : OFF + 2]
+            assert at == pytest.approx(feet[robot.number % 2], abs=1e-3)
 
 
 # -- What stands in it --------------------------------------------------------------
