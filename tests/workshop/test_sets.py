@@ -1,6 +1,7 @@
 """Anchors, people, mates and fires as sets: no order, any number, any building."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from reference.learning.poca import GroupCritic
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
+from reference.workshop import engine
 from reference.workshop.anchors.frame import KEEP, NEAREST_PEOPLE, UNIT, WAIT
 from reference.workshop.anchors.sets import (
     APART,
@@ -330,6 +332,22 @@ def test_a_robot_reads_the_same_in_a_batch_as_alone():
     for read in (codec.read, codec.grids):
         alone = [read([moment])[0] for moment in moments]
         assert np.array_equal(read(moments), np.stack(alone))
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_a_robot_reads_the_same_whoever_searches_ways(name, monkeypatch):
+    """The engine, where it is ready, or the book: to the last bit."""
+    pytest.importorskip("numba")
+    engine.make_ready()
+    for sim in evacuations(name):
+        codec = codec_of(sim)
+        (quickly,) = codec.read([moment_of(sim)])
+        sim.navigation._search.cache_clear()
+        with monkeypatch.context() as patch:
+            patch.setattr("reference.workshop.engine._make_ready", cache(int))
+            (seen,) = codec.read([moment_of(sim)])
+        assert np.array_equal(seen, quickly)
+    assert sim.world.flames.burning.any()
 
 
 @pytest.mark.paper("C3", "chosen")

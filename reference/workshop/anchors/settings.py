@@ -42,6 +42,7 @@ from reference.workshop.anchors.frame import (
 )
 from reference.workshop.anchors.set_fire import LIT, SetsOfFire
 from reference.workshop.anchors.sets import CROP_SHAPE, SetSizes, SetView, crops
+from reference.workshop.engine import quick_searches
 from reference.workshop.storage.records import (
     ABOVE_0,
     Row,
@@ -256,7 +257,8 @@ class RobotsSets(RobotsFrame):
         headed = robot_destinations(*worlds)
         # Flames never leave the main body, so it is what the grid tells [C3].
         flames = [world.flames for world in worlds]
-        seen = self._sets(vectors, headed, flames).numbers()
+        with quick_searches(navigation_of(self.building)):
+            seen = self._sets(vectors, headed, flames).numbers()
         return seen.reshape(len(moments), -1, self.size)
 
     def grids(self, moments: Sequence[Moment]) -> np.ndarray:

@@ -5,7 +5,8 @@ plays, with one note on stderr.  Nothing that comes of a run says which.
 """
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache, cached_property
 from multiprocessing import parent_process
 from threading import RLock
@@ -104,6 +105,21 @@ def _advance(run: Simulation, ticks: int) -> None:
     from reference.workshop.engine.going import advance
 
     advance(run, ticks)
+
+
+@contextmanager
+def quick_searches(nav: Navigation) -> Iterator[None]:
+    """Let searches of ways go by the engine meanwhile, if it is ready: equal results.
+
+    It is where evacuations were played by it before; nobody waits for it here.
+    """
+    if not _make_ready.cache_info().currsize or not knows_all_rules():
+        yield
+        return
+    from reference.workshop.engine.ways import quick_ways
+
+    with quick_ways(nav):
+        yield
 
 
 def make_ready() -> None:
