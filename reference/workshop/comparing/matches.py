@@ -365,9 +365,9 @@ def resume_evaluation(
     numbers = content.pop("numbers", None)
     begun = record_from(Evaluation, content, str(path))
     with errors_naming(path):
-        # of the words, only those that have played: `refuse_mixing` does, later
-        drawn = {word: begun.digests[word] for word in begun.digests if word == MAP}
-        refuse_changed(drawn, with_digests(begun).digests)
+        # code that raised may be mended: `refuse_mixing` knows what has played, later
+        kept = {word: x for word, x in begun.digests.items() if not is_code(word)}
+        refuse_changed(kept, with_digests(begun).digests)
     refuse_numbers(path, numbers)  # after code of your own, which may change some
     files = _newest_checkpoints((*robots, *fires)) | dict(begun.files)
     robots = _without_repeats((*begun.robots, *robots))
