@@ -3,8 +3,8 @@
 Metres beside flames count more, as hand-written guides reckon [C7]; robots know the map
 and see what burns [C3].
 
-    S  worlds;  B  robots of all worlds;  K  anchors;  p  places
-    k  ways out of a floor
+    S  worlds;  B  robots of all worlds;  K  anchors;  k  ways out of a floor
+    p  places, q  those of one floor
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -26,7 +26,7 @@ class CostsNow:
     """Metres outside in each world, more near its flames, FARTHEST at most.
 
     outside  (S, p) by the cheapest way
-    by_way   (S, floors, k, p) by each way out of a floor
+    by_way   (S, floors, k, q) by each way out of a floor, from its places
     """
 
     def __init__(
@@ -43,22 +43,18 @@ class CostsNow:
         self.nav = navigation_of(building)
         self.flames = flames
         most = max(map(len, ways))
-        shape = len(flames), len(ways), most, self.nav.places
-        self.by_way = np.full(shape, FARTHEST)
+        size = self.nav.floor_size
+        self.by_way = np.full((len(flames), len(ways), most, size), FARTHEST)
         self.outside = np.full((len(flames), self.nav.places), FARTHEST)
         for s, one in enumerate(flames):
             cost = risk(building, one) if one else None
             found = calm if cost is None else ways_outside(building, cost)
-            self._note(self.outside[s], found.values())
+            _note_least(self.outside[s], found.values())
             for floor, here in enumerate(ways):
+                mine = slice(floor * size, (floor + 1) * size)
                 for k, marks in enumerate(here):
-                    self._note(self.by_way[s, floor, k], [found[m] for m in marks])
-
-    @staticmethod
-    def _note(least: np.ndarray, metres: Iterable[np.ndarray]) -> None:
-        """Note the least of several metres, (p,) each."""
-        for d in metres:
-            np.minimum(least, d, out=least)
+                    through = (found[mark][mine] for mark in marks)
+                    _note_least(self.by_way[s, floor, k], through)
 
     def to_places(
         self, world: int, start: int, goals: np.ndarray, calm: np.ndarray
@@ -71,6 +67,12 @@ class CostsNow:
         if flames is None or not flames.burning[start // self.nav.floor_size].any():
             return calm
         return self.nav.distances([start], flames.cost)[goals]
+
+
+def _note_least(least: np.ndarray, metres: Iterable[np.ndarray]) -> None:
+    """Lower metres, (p,) or (q,), to the least of several more."""
+    for d in metres:
+        np.minimum(least, d, out=least)
 
 
 def gains(

@@ -307,7 +307,7 @@ class SetView(RobotView):
                 world[b], self.place[b], self.at[b], calm=self.to[b]
             )
         self.total = np.minimum(self.to + self.out, FARTHEST)
-        outs = costs.by_way[world, self.floor, :, self.place]
+        outs = costs.by_way[world, self.floor, :, self.place % self.map.nav.floor_size]
         self.total[:, WAIT + 1 :][:, self.outs] = outs
         self.outside = costs.outside[world, self.place]
 
