@@ -8,9 +8,10 @@ from movies import shipped
 from pages import overlaps, writing
 
 from reference.building import Kind, lengths
+from reference.game.codec import Moment
 from reference.workshop import drawing
-from reference.workshop.anchors.frame import NEAREST_PEOPLE, robot_destinations
-from reference.workshop.anchors.settings import RobotsFrame
+from reference.workshop.anchors.frame import NEAREST_PEOPLE
+from reference.workshop.anchors.sets import GROUPS
 from reference.workshop.drawing.choices import (
     ANCHOR_LOOKS,
     FOOT_OF_STAIRS,
@@ -45,10 +46,12 @@ def test_what_is_drawn_is_what_networks_read(name):
     """Each robot's anchors, as many as may be chosen, where its numbers say."""
     simulation = moment_of(shipped(name))
     world = simulation.world
-    settings = replace(preset("tiny").robots, masks=False)
-    frame = RobotsFrame(simulation.building, simulation.scenario, settings)
+    head = "mixture" if name == "paper" else "set"  # of what ships
+    settings = replace(preset("tiny").robots, masks=False, head=head)
+    frame = settings.codec("robots", simulation.building, simulation.scenario)
     (seen,) = frame.observe([world])
-    numbers = frame.numbers(seen, robot_destinations(world))
+    moment = Moment(seen, np.ones(len(seen), dtype=bool), world)
+    (numbers,) = frame.read([moment])
     K = frame.anchors
     found = anchors_of(simulation)
     assert [*found] == [robot.floor for robot in world.robots if robot.active]
@@ -77,7 +80,8 @@ def test_the_anchors_of_the_map_are_all_there_by_kind(name):
         assert len(by_kind[STAYING]) == 1
         assert len(by_kind.get(KEEPING, ())) <= 1
         assert GUARDED in by_kind
-        assert len(by_kind.get(LOST, ())) <= NEAREST_PEOPLE
+        most = NEAREST_PEOPLE if name == "paper" else GROUPS
+        assert len(by_kind.get(LOST, ())) <= most
         bodies = simulation.world.bodies
         here = bodies.position[bodies.walking & (bodies.floor == floor)]
         for spot in by_kind.get(LOST, ()):

@@ -3,6 +3,8 @@
 Ways out, feet of stairs and cells to guard belong to the map.  A point that means a way
 out may lie in a wall; it is drawn where it leads.  The other anchors belong to a
 moment, and stand here for one: ten seconds into an evacuation that `Escort` guides.
+What `learned` reads is drawn: in the paper's building the people nearest to a robot
+have anchors, elsewhere groups of people.
 """
 
 from collections.abc import Iterable
@@ -19,10 +21,13 @@ from reference.game.codec import PolicyCodec
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.anchors.frame import KEEP, WAIT, RobotView, robot_destinations
+from reference.workshop.anchors.sets import SetView
 from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import FLAME, INK, STEPS, marker
 from reference.workshop.drawing.page import COLOURS, Style
+from reference.workshop.maps import load, same_cells
 from reference.workshop.strategies.guides import Escort
+from reference.workshop.strategies.observed import way_marks
 
 MOMENT = 10.0  # s, when people have begun to walk and robots are under way
 EXAMPLE_SEED = 0
@@ -55,7 +60,7 @@ def anchors(building: Building) -> Figure:
     figure, panels = page.floor_page(building, title, range(building.floors), _PALE)
     found = anchors_of(simulation)
     for floor, by_kind in found.items():
-        stars = ways_on_floor(building, floor, by_kind.get(WAY_OUT, ()))
+        stars = ways_on_floor(building, floor, way_marks(building, floor)[0])
         _draw_anchors(panels[floor], {**by_kind, WAY_OUT: stars})
         count = sum(len(spots) for spots in by_kind.values())
         name = page.floor_title(building, floor)
@@ -93,7 +98,11 @@ def anchors_of(simulation: Simulation) -> dict[int, dict[str, np.ndarray]]:
     world = simulation.world
     codec = PolicyCodec("robots", building, simulation.scenario)
     (vectors,) = codec.observe([world])
-    view = RobotView(codec, vectors, robot_destinations(world), masks=False)
+    headed = robot_destinations(world)
+    if same_cells(load("paper").drawing, building.drawing):
+        view = RobotView(codec, vectors, headed, masks=False)
+    else:
+        view = SetView(codec, vectors, headed, masks=False, flames=[world.flames])
     first_mark = WAIT + 1
     marks = view.spots[:, first_mark:]
 
