@@ -285,6 +285,24 @@ def test_refuses_an_unknown_floor_and_names_those_that_ship():
     assert all(path.stem in str(caught.value) for path in SHIPPED)
 
 
+@pytest.mark.parametrize(
+    ("name", "error", "said"),
+    [
+        ("", FileNotFoundError, "there is no floor file ''"),
+        (".", IsADirectoryError, "'.' is a folder, no floor file"),
+        ("here", IsADirectoryError, "'here' is a folder, no floor file"),
+    ],
+)
+def test_a_folder_is_no_floor_file(name, error, said, tmp_path, monkeypatch):
+    """Nor is a name without a letter; the hint says what ships."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "here").mkdir()
+    with pytest.raises(error) as caught:
+        find_map(name)
+    assert str(caught.value).startswith(said)
+    assert "a name that ships: maze, museum" in str(caught.value)
+
+
 def test_mistakes_travel_between_processes():
     """A job with a bad map fails with its page, and not the pool."""
     error = refusal("floor 1:\n####\n#..#\n####\n")

@@ -99,20 +99,22 @@ def _refuse(mistakes: Iterable[Mistake], path: str, stage: int = 0) -> None:
 def find_map(name: str | PathLike[str]) -> Path:
     """Find a floor file by its path, or by the bare name of one that ships.
 
-    Raises FileNotFoundError with the names that ship, OSError for no possible path.
+    Raises FileNotFoundError with the names that ship, IsADirectoryError for a folder,
+    OSError for no possible path.
     """
     path = Path(name)
     bare = str(name).removesuffix(".txt")
     shipped = shipped_floors()
-    # A folder that happens to be called "paper" does not hide the map of that name.
-    hides = path.is_dir() and bare in shipped
-    if path.exists() and not hides:
+    if path.exists() and not path.is_dir():
         return path
+    # A folder that happens to be called "paper" does not hide the map of that name.
     if bare in shipped:
         return shipped[bare]
+    hint = f"Give the path of one, or a name that ships: {', '.join(shipped)}."
+    if str(name) and path.is_dir():
+        raise IsADirectoryError(f"'{name}' is a folder, no floor file.\nhint: {hint}")
     raise FileNotFoundError(
-        f"there is no floor file '{name}'.{did_you_mean(bare, shipped)}\n"
-        f"hint: Give the path of one, or a name that ships: {', '.join(shipped)}."
+        f"there is no floor file '{name}'.{did_you_mean(bare, shipped)}\nhint: {hint}"
     )
 
 
