@@ -36,7 +36,7 @@ from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import GROUP_RADIUS
 from reference.workshop.training.batches import averaged, strips
 
-CLONING_RATE = 1e-3  # [C7, chosen] learning rate of the fit, which falls to 0
+CLONING_RATE = 1e-3  # [C7, chosen] learning rate of the fit
 CLONING_BATCH = 64  # [C7, chosen] group decisions of its minibatches
 
 
@@ -147,8 +147,6 @@ def clone(
     taught = _taught(learner, demonstrations)
     # An optimiser of its own: the learner's has moments of another loss.
     optimiser = torch.optim.Adam(learner.actor.parameters(), CLONING_RATE)
-    batches = -(-len(taught) // CLONING_BATCH)
-    falling = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, epochs * batches)
     losses = []
     for _ in range(epochs):
         total = 0.0
@@ -158,7 +156,6 @@ def clone(
             optimiser.zero_grad()
             loss.backward()
             optimiser.step()
-            falling.step()
             total += float(loss.detach()) * len(batch)
         losses.append(total / len(taught))
     return losses
