@@ -69,5 +69,7 @@ def test_what_goes_wrong_there_is_no_error_here(program, tmp_path, monkeypatch):
 def test_without_a_program_of_its_own_nothing_is_started(tmp_path, monkeypatch):
     """As where Python is part of another program."""
     monkeypatch.setattr(apart.sys, "executable", None)
-    monkeypatch.setattr(apart, "Popen", None)
+    begun = []
+    monkeypatch.setattr(apart, "Popen", lambda *words, **more: begun.append(words))
     apart.compile_apart(tmp_path)
+    assert begun == []
