@@ -72,8 +72,19 @@ MOST_GAIN = 5.0
 MOST_DETOUR = 3.0
 
 # Numbers of a mark. Two that tell its kind: a rim guards an exit or stairs.
-EXIT, STAIRS, FOOT, RIM, WIDTH, LEADS, BURNS, BURNS_NEAR, COMING = range(9)
-STATION, NUMBER = 9, 10
+(
+    EXIT,
+    STAIRS,
+    FOOT,
+    RIM,
+    WIDTH,
+    LEADS,
+    BURNS,
+    BURNS_NEAR,
+    COMING,
+    STATION,  # a foot at which it is my turn to wait
+    NUMBER,
+) = range(11)
 MARK_NUMBERS = NUMBER + RIMS_NUMBERED
 
 
@@ -131,7 +142,8 @@ class KnownWays:
     def __init__(self, building: Building):
         self.building = building
         floors = range(building.floors)
-        self.by_mark = by_mark = ways_outside(building, None)
+        by_mark = ways_outside(building, None)
+        self.by_mark = by_mark
         self.outside = np.minimum(np.min([*by_mark.values()], axis=0), FARTHEST)
 
         # ways out, as `way_marks` lists them
