@@ -274,6 +274,8 @@ E...........#   #.............E
 CASES = {
     "one room, no doors": (ROOM, {"people": 8}),
     "one person": (ROOM, {"people": 1}),
+    "an empty building": (ROOM, {"people": 0}),
+    "the paper's building, empty": ("paper", {"people": 0}),
     "nothing can burn": (HUT, {"people": 3}),
     "eight robots in a hut": (HUT, {"people": 3, "robots_per_floor": 8}),
     "only stairs lead down": (STAIRS, {"people": 12}),
@@ -310,9 +312,10 @@ def test_learned_robots_and_fire_play_in_every_building(case):
     assert outcome.people == sum(scenario.start_counts(building.floors))
     assert len(sim.world.robots) == scenario.robots_per_floor * building.floors
     asked = [robot for robot in sim.world.robots if robot.destination is not None]
-    assert bool(asked) == bool(sim.world.robots)
+    assert bool(asked) == bool(sim.world.robots and outcome.people)
     lit = len(sim.world.flames.sources)
-    if case in ("nothing can burn", "eight robots in a hut", "no sources"):
+    nothing_to_light = "nothing can burn", "eight robots in a hut", "no sources"
+    if not outcome.people or case in nothing_to_light:
         assert not lit
 
 

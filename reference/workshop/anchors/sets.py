@@ -294,6 +294,9 @@ class SetView(RobotView):
         So a group takes few anchors, and the next group has some, too.
         """
         each = np.arange(len(self.lost))
+        if not self.lost.shape[1]:
+            nobody = np.zeros((len(each), 0), dtype=int)
+            return nobody, nobody > 0
         point = self.points[:, self.people, :2]
         left = np.where(self.lost, self.far[:, self.people], np.inf)
         chosen = []
@@ -545,6 +548,8 @@ class SetView(RobotView):
 
     def _people(self, known: np.ndarray) -> np.ndarray:
         """(B, n, numbers): point, led by nobody, by me, on stairs, metres outside."""
+        if not known.shape[1]:  # as with fires
+            return np.zeros((len(known), 1, known.shape[2] + 4))
         columns = [
             self.mine,
             self.map.stairs[self.stands],
