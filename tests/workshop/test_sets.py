@@ -272,7 +272,7 @@ def test_a_foot_of_stairs_is_the_station_of_some():
 @pytest.mark.paper("C5", "chosen")
 @pytest.mark.parametrize("masks", [True, False])
 def test_its_anchors_are_those_of_a_mixture(masks):
-    """But at people: the same points, and the same of them may be chosen."""
+    """But at people: the same points; what may be chosen there may be chosen here."""
     for name in BUILDINGS:
         for sim in evacuations(name):
             found = []
@@ -287,8 +287,31 @@ def test_its_anchors_are_those_of_a_mixture(masks):
                 ]
                 of_map = K - people
                 found.append(np.stack([row[:, :of_map] for row in rows], axis=-1))
-            for one, other in zip(*found, strict=True):
-                assert sorted(one.tolist()) == sorted(other.tolist())
+            for mixture, sets in zip(*found, strict=True):
+                assert rows_of(mixture[:, :2]) == rows_of(sets[:, :2])
+                allowed = mixture[mixture[:, 2] > 0]
+                assert rows_of(allowed) <= rows_of(sets)
+
+
+def rows_of(table):
+    """A table's rows as a set."""
+    return set(map(tuple, table.tolist()))
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_who_may_lead_somebody_may_choose_a_way_out():
+    """Robots stand side by side, and the guess names the nearer one."""
+    for plan, may in (
+        ("#..pR.R....E", 2),
+        ("#..pR.........R.E", 1),
+        ("#...R.R....E", 0),
+    ):
+        sim = stage(f"{'#' * len(plan)}\n{plan}\n{'#' * len(plan)}")
+        codec = codec_of(sim)
+        (seen,) = codec.read([moment_of(sim)])
+        allowed = seen[:, 2 * codec.anchors : 3 * codec.anchors]
+        way_out = WAIT + 1
+        assert allowed[:, way_out].sum() == may
 
 
 @pytest.mark.paper("C5", "chosen")

@@ -274,6 +274,24 @@ def test_an_observer_takes_whoever_is_in_sight_of_a_robot_for_its_follower():
     assert sim.world.bodies.leader.max() == first  # the world itself is as it was
 
 
+@pytest.mark.paper("C1", "chosen")
+@pytest.mark.parametrize(
+    ("plan", "go"),
+    [
+        ("#..pR.R....E", [True, True]),  # either may lead p
+        ("#..pR.........R.E", [True, False]),  # the second does not see p
+        ("#...R.R....E", [False, False]),
+    ],
+)
+def test_an_observer_in_doubt_leads_out(plan, go):
+    """By the guess the nearer robot leads p, though p may follow the other."""
+    sim = stage(f"{'#' * len(plan)}\n{plan}\n{'#' * len(plan)}")
+    robots = sim.world.robots
+    (exit_,) = sim.building.landmarks
+    to = Observer().decide(sim.world, robots, np.random.default_rng(0))
+    assert [spot == at_way_out(sim.building, exit_) for spot in to] == go
+
+
 @pytest.mark.paper("C3")
 def test_an_observer_decides_the_same_whatever_people_have_in_mind():
     """Whom they follow, where they are headed, and how far down the stairs they are."""

@@ -92,8 +92,9 @@ class RobotView:
            people, robots, fires  slices of them;  there  which are not `ABSENT_POINT`
     me     (B, 2) metres, floor (B,), place (B,): where they stand;  far  (B, n + R + F)
            metres on foot from there to the points
-    alone, lost, mine  (B, n) bool, people whom nobody leads, those on my floor, and
-           those I lead, in the order of the vector;  order  (B, n), the frame's
+    alone, led, lost, mine  (B, n) bool, people whom nobody leads, whom anybody leads,
+           of the first those on my floor, and those I lead, in the order of the
+           vector;  order  (B, n), the frame's
     spot   (B, 2) metres, where robots are headed [C6]
     marks  (B, m, 2) metres, nan for none: ways out and feet of stairs, nearest first,
            and where to guard, in the map's order, so that each keeps its number;
@@ -149,6 +150,7 @@ class RobotView:
         storey = self.points[:, self.people, 2].round()
         here = walking & (storey == self.floor[:, None])
         self.alone = walking & (guide == NOBODY)
+        self.led = walking & (guide != NOBODY)
         self.lost = here & self.alone
         self.mine = here & (guide == 0)
 

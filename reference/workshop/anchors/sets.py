@@ -39,6 +39,7 @@ from reference.workshop.strategies.observed import (
     keeps_destination,
     kept,
     lightable,
+    may_lead,
     metres_between,
     nearest_places,
     stairs_that_end,
@@ -283,6 +284,11 @@ class SetView(RobotView):
         self.here = walks & (self.humans[..., 2] == self.floor[:, None])
         self._find_mates()
         self._reckon(CostsNow(building, self.ways.marks, self.ways.by_mark, flames))
+
+    def _sort_people(self, places: np.ndarray) -> None:
+        """As `RobotView`; who seems to lead nobody counts whom it may lead as its."""
+        super()._sort_people(places)
+        self.mine = may_lead(self.mine, self.led, self.far[:, self.people])
 
     def _order_of_marks(self, way: np.ndarray) -> np.ndarray:
         """(B, m) the map's order: a set has none, and the map knows their ways."""

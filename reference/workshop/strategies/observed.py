@@ -158,6 +158,19 @@ def guess_guides(
     return np.where(led, way.argmin(axis=-2), NOBODY)
 
 
+def may_lead(own: np.ndarray, led: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """Tell whom a robot leads, or may lead [C1, chosen]: (..., n) bool.
+
+    Of robots side by side any may be the one that is followed, but the guess names one.
+    So who leads nobody by the guess may lead all led people within its sight.
+
+    own (..., n) bool, whom it leads by the guess;  led (..., n) bool, whom any leads;
+    way (..., n) metres from it to them
+    """
+    in_sight = led & (way <= paper.SIGHT_RANGE)
+    return np.where(own.any(axis=-1, keepdims=True), own, in_sight)
+
+
 def way_marks(building: Building, floor: int) -> tuple[list[Any], list[Any]]:
     """Find a floor's ways out and the feet of its stairs, points in metres [C6].
 
