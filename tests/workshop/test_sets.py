@@ -20,17 +20,16 @@ from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import engine
+from reference.workshop.anchors.crop import CROP, crops
 from reference.workshop.anchors.frame import KEEP, NEAREST_PEOPLE, UNIT, WAIT
+from reference.workshop.anchors.known_ways import KnownWays
+from reference.workshop.anchors.reckoning import FARTHEST
 from reference.workshop.anchors.sets import (
     APART,
-    CROP,
-    FARTHEST,
     GROUPS,
     MARK_NUMBERS,
     MATES_READ,
     STATION,
-    KnownWays,
-    crops,
 )
 from reference.workshop.maps import load, plan_of
 from reference.workshop.strategies.guides import Sweep

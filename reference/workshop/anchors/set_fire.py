@@ -22,7 +22,8 @@ from reference.game.codec import Moment, PolicyCodec
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.workshop.anchors.frame import UNIT, in_body, nearness
-from reference.workshop.anchors.sets import (
+from reference.workshop.anchors.known_ways import known_ways_of
+from reference.workshop.anchors.shapes import (
     AWAY,
     BLAZE,
     CREW,
@@ -31,7 +32,6 @@ from reference.workshop.anchors.sets import (
     WIDE,
     SetShapes,
     SetSizes,
-    known_ways_of,
 )
 from reference.workshop.strategies.fires import apart
 from reference.workshop.strategies.guides import GROUP_RADIUS

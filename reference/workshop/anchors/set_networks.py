@@ -2,7 +2,7 @@
 
 Every element of a set passes the same small network; the mean and the greatest of what
 comes out tell of the whole set. So their order means nothing, and weights fit any
-number. What they read is laid out as `sets.SetShapes` says, and tells how many there
+number. What they read is laid out as `SetShapes` says, and tells how many there
 are: one network reads the numbers of every building.
 
     B    group decisions in a batch;  G  agents of the group;  V  numbers read
@@ -25,9 +25,10 @@ from reference.learning.networks import (
     linear,
 )
 from reference.learning.settings import TrainerSettings
+from reference.workshop.anchors.crop import CROP_SHAPE
 from reference.workshop.anchors.frame import KEEP, UNIT
 from reference.workshop.anchors.heads import Mixture, MixtureActor
-from reference.workshop.anchors.sets import CROP_SHAPE, NO_IMAGE, SetShapes, SetSizes
+from reference.workshop.anchors.shapes import NO_IMAGE, SetShapes, SetSizes
 
 LEAST_WIDTH = 8
 """[C5, chosen] hidden units of an element, at least; else a quarter of those of all."""

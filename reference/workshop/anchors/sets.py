@@ -1,7 +1,7 @@
 """What robots read as sets: anchors, people, mates and fires, in any order and number.
 
 [C5, chosen] Every element of a set has the same numbers, whatever the building: where
-it is from the robot, how far on foot, and what is there. The grid is read as a crop
+it is from the robot, how far on foot, and what is there. The grid is read as a `crop`
 around the robot. All of it is computed from the observations [C1] [C3], the map, and
 where robots are headed; numbers are scaled by hand to be of order one.
 
@@ -11,61 +11,39 @@ where robots are headed; numbers are scaled by hand to be of order one.
     way, near, lost  as in `frame`
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from reference import paper
-from reference.building import Building, Kind, lengths
+from reference.building import lengths
 from reference.game.codec import PolicyCodec
-from reference.game.observations import GRID_KINDS
-from reference.navigation import navigation_of
-from reference.workshop.anchors.frame import (
-    KEEP,
-    UNIT,
-    WAIT,
-    AnchorSizes,
-    RobotView,
-    nearness,
-)
+from reference.workshop.anchors.frame import KEEP, UNIT, WAIT, RobotView, nearness
+from reference.workshop.anchors.known_ways import known_ways_of
 from reference.workshop.anchors.reckoning import FARTHEST, CostsNow, gains
-from reference.workshop.strategies.guides import GROUP_RADIUS, SOON
+from reference.workshop.anchors.shapes import (
+    AWAY,
+    BLAZE,
+    CREW,
+    GROUP,
+    WIDE,
+    SetShapes,
+)
+from reference.workshop.strategies.guides import GROUP_RADIUS
 from reference.workshop.strategies.observed import (
     FAR,
     decisions_to_next_fire,
-    keeps_destination,
-    kept,
-    lightable,
     may_lead,
     metres_between,
-    nearest_places,
-    stairs_that_end,
-)
-from reference.workshop.strategies.traffic import (
-    places_walked,
-    stairwell_feet,
-    ways_outside,
 )
 from reference.world import Flames
 
-CROP = 21  # [C3, chosen] cells along a side of what a robot reads of the grid
-CROP_SHAPE = (len(GRID_KINDS), CROP, CROP)
-NO_IMAGE = (0, 0, 0)  # of the fire's grid: it is told what burns beside each anchor
 MATES_READ = 3
 """[C5, chosen] of a robot's own floor, the nearest: as many as generated ones have."""
 RIMS_NUMBERED = 4  # [C5, chosen] rims of a floor that are told apart by their number
 SLACK = 1.0  # [C5, chosen] metres of detour at which flames are half on the way
 APART = 2.0  # [C5, chosen] metres between anchors at people, at least
 GROUPS = 10  # [C5, chosen] anchors at people
-# what counts as one, in the numbers that a network reads
-CREW = 2.0  # robots
-GROUP = 5.0  # people
-AWAY = 30.0  # metres from the outside
-WIDE = 4.0  # cells of a way out
-BLAZE = 10.0  # burning cells; so many are half of very many
 HASTE = 0.2  # people for a metre of way
 # what a network reads of it, at most: where a robot stands at an exit it is unbounded
 MOST_EXTRA = 10.0
@@ -87,162 +65,6 @@ MOST_DETOUR = 3.0
     NUMBER,
 ) = range(11)
 MARK_NUMBERS = NUMBER + RIMS_NUMBERED
-
-
-Ways = dict[int, np.ndarray]  # metres to the outside by each landmark: (places,)
-
-
-class SetShapes(NamedTuple):
-    """(elements, numbers of each) of what a robot reads, in this order.
-
-    The numbers of an element do not depend on the building. The last number of each
-    is 1 for elements that are there. Before them stand x and y of each anchor and 1
-    for each that may be chosen; after them `counts` further numbers, and at last how
-    many elements there are of each set: so numbers of any building can be taken apart.
-    """
-
-    anchors: tuple[int, int]
-    people: tuple[int, int]
-    mates: tuple[int, int]
-    fires: tuple[int, int]
-    counts: int
-
-
-SETS = len(SetShapes._fields) - 1
-
-
-@dataclass(frozen=True, kw_only=True)
-class SetSizes(AnchorSizes):
-    """Shapes of a network that reads sets.
-
-    What they tell is scaled, so it has no normaliser, whatever `normalize` says.
-    """
-
-    sets: SetShapes
-
-
-# -- What is known of ways out ------------------------------------------------------
-
-
-class KnownWays:
-    """What robots know of ways out, feet of stairs and rims, in the map's order.
-
-    by_mark  `ways_outside`, without flames
-    outside  (places,) metres from there to the outside, with stairs and lower floors
-    marks    of each floor, the landmarks of each of its ways out
-    wells    (floors, k) index of a way out's stairwell, -1 for exits
-    width    (floors, k) cells of a way out
-    leads    (floors, k) metres from a way out to the outside
-    burns    (places, floors, k) float32, 1 for a place on the way from there
-    near     (places, floors, k) float32, 1 on that way, 0 from SOON metres on foot
-    feet     (floors, k) index of a foot's stairwell
-    rim_width, rim_wells  (floors, k) of the way out, or in, that a rim guards
-    well_of  (places,) index of the stairwell, -1 elsewhere
-    """
-
-    def __init__(self, building: Building):
-        self.building = building
-        floors = range(building.floors)
-        by_mark = ways_outside(building, None)
-        self.by_mark = by_mark
-        self.outside = np.minimum(np.min([*by_mark.values()], axis=0), FARTHEST)
-
-        # ways out, as `way_marks` lists them
-        ways = [list(_ways_out(building, floor)) for floor in floors]
-        self.marks = [[marks for _, marks in here] for here in ways]
-        self.wells = _padded([[well for well, _ in here] for here in ways], -1)
-        self.width = _padded([[self._width(m) for _, m in here] for here in ways])
-        chains = [[self._chain(by_mark, m[0]) for _, m in here] for here in ways]
-        self.leads = _padded(
-            [[self._leads(by_mark, *marks) for marks in here] for here in ways]
-        )
-        shape = navigation_of(building).places, *self.wells.shape
-        self.burns = np.zeros(shape, dtype=np.float32)
-        self.near = np.zeros(shape, dtype=np.float32)
-        for floor, here in enumerate(chains):
-            for k, chain in enumerate(here):
-                self.burns[chain, floor, k] = 1
-                self.near[:, floor, k] = self._near(chain)
-
-        # feet of stairs and rims
-        self.feet = _padded([stairs_that_end(building, floor) for floor in floors], -1)
-        rims = [self._guarded(floor) for floor in floors]
-        landmarks = building.landmarks
-        self.rim_width = _padded([[self._width([m]) for m in here] for here in rims])
-        self.rim_wells = _padded(
-            [[landmarks[m].stairwell for m in here] for here in rims], -1
-        )
-
-        self.well_of = np.full(building.kind.size, -1)
-        areas = building.area.ravel()
-        for k, well in enumerate(building.stairwells):
-            self.well_of[np.isin(areas, list(well.areas.values()))] = k
-
-    def _width(self, marks: Sequence[int]) -> int:
-        return sum(self.building.landmarks[mark].width for mark in marks)
-
-    def _leads(self, by_mark: Ways, well: int, marks: Sequence[int]) -> float:
-        """Metres to the outside from a way out of these landmarks."""
-        goals = navigation_of(self.building).goals
-        return min(float(by_mark[mark][goals[mark][0]]) for mark in marks)
-
-    def _chain(self, by_mark: Ways, mark: int) -> list[int]:
-        """List the places on the cheapest way from a way out to the outside."""
-        nav = navigation_of(self.building)
-        feet = stairwell_feet(self.building)
-        landmarks = self.building.landmarks
-        chain = nav.goals[mark].tolist()
-        while landmarks[mark].stairwell >= 0:
-            foot = int(feet[landmarks[mark].stairwell])
-            metres = {way: float(d[foot]) for way, d in by_mark.items()}
-            mark = min(metres, key=metres.__getitem__)
-            if not np.isfinite(metres[mark]):
-                break
-            chain += [foot, *places_walked(nav, foot, mark)]
-        return chain
-
-    def _near(self, chain: list[int]) -> np.ndarray:
-        """(places,) 1 on a chain of places, 0 from SOON metres on foot."""
-        nav = navigation_of(self.building)
-        close = np.zeros(nav.places)
-        floors = np.array(chain) // nav.floor_size
-        for floor in np.unique(floors).tolist():
-            d = nav.distances(np.array(chain)[floors == floor].tolist())
-            close = np.maximum(close, 1 - np.minimum(d / SOON, 1))
-        return close
-
-    def _guarded(self, floor: int) -> list[int]:
-        """List the landmarks that a floor's rims guard, as `guard_points` does."""
-        building = self.building
-        marks = [mark for mark in building.landmarks if mark.floor == floor]
-        ways = [mark.index for mark in marks if mark.kind is not Kind.DOOR]
-        among = lightable(building) & keeps_destination(building)
-        return [way for way in ways if nearest_places(building, [way], among)]
-
-
-@kept(8)
-def known_ways_of(building: Building) -> KnownWays:
-    """What robots know of a building's ways out, computed once."""
-    return KnownWays(building)
-
-
-def _ways_out(building: Building, floor: int) -> Iterator[tuple[int, list[int]]]:
-    """Yield a floor's ways out: stairwell or -1, and landmarks; as `way_marks` does."""
-    for k, well in enumerate(building.stairwells):
-        if well.leads_down(floor):
-            yield k, list(well.entrances[floor])
-    for mark in building.landmarks:
-        if mark.kind is Kind.EXIT and mark.floor == floor:
-            yield -1, [mark.index]
-
-
-def _padded(rows: Sequence[Sequence[float]], filler: float = 0) -> np.ndarray:
-    """(floors, most) of what is on each floor; the filler where there is less."""
-    most = max(map(len, rows))
-    return np.array([[*row, *[filler] * (most - len(row))] for row in rows])
-
-
-# -- What a robot reads -------------------------------------------------------------
 
 
 class SetView(RobotView):
@@ -623,32 +445,3 @@ class SetView(RobotView):
             self.number,
         ]
         return np.stack(columns, axis=-1, dtype=float)
-
-
-# -- The grid around a robot --------------------------------------------------------
-
-
-def crops(grids: np.ndarray, building: Building, robots: np.ndarray) -> np.ndarray:
-    """Cut the own floor's cells around each robot out of the grids [C3].
-
-    grids (S, channels, height, width); robots (S, G, 3) points. Returns
-    (S, 3 G, CROP, CROP): walls, fires and ways out of the first robot, then of the
-    next; 0 beyond the edges.
-    """
-    S, _, height, width = grids.shape
-    half = CROP // 2
-    kinds = len(GRID_KINDS)
-    shape = S, kinds, building.floors, height + 2 * half, width + 2 * half
-    wide = np.zeros(shape, dtype=grids.dtype)
-    wide[..., half:-half, half:-half] = grids.reshape(
-        S, kinds, building.floors, height, width
-    )
-    windows = sliding_window_view(wide, (CROP, CROP), axis=(3, 4))
-
-    left, _, _, top = building.body
-    row = np.floor(top - robots[..., 1]).astype(int).clip(0, height - 1)
-    col = np.floor(robots[..., 0] - left).astype(int).clip(0, width - 1)
-    floor = robots[..., 2].round().astype(int).clip(0)
-    world = np.arange(S)[:, None]
-    around = windows[world, :, floor, row, col]  # (S, G, 3, CROP, CROP)
-    return around.reshape(S, -1, CROP, CROP)

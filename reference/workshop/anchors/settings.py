@@ -33,6 +33,7 @@ from reference.learning.settings import (
 )
 from reference.navigation import navigation_of
 from reference.paper import InputError, Scenario
+from reference.workshop.anchors.crop import CROP_SHAPE, crops
 from reference.workshop.anchors.frame import (
     UNIT,
     AnchorSizes,
@@ -41,7 +42,8 @@ from reference.workshop.anchors.frame import (
     robot_destinations,
 )
 from reference.workshop.anchors.set_fire import LIT, SetsOfFire
-from reference.workshop.anchors.sets import CROP_SHAPE, SetSizes, SetView, crops
+from reference.workshop.anchors.sets import SetView
+from reference.workshop.anchors.shapes import SetSizes
 from reference.workshop.engine import quick_searches
 from reference.workshop.storage.records import (
     ABOVE_0,

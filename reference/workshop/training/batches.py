@@ -20,7 +20,7 @@ from torch.nn import functional
 from reference.learning import poca, ppo
 from reference.learning.experience import Decisions
 from reference.learning.ppo import Learner
-from reference.workshop.anchors.sets import SETS
+from reference.workshop.anchors.shapes import SETS
 
 READ = ("vectors", "grids")
 """Columns whose shape depends on the building and the scenario."""

@@ -15,7 +15,7 @@ from reference.building import Kind, building_of
 from reference.learning.rollouts import Job
 from reference.paper import InputError
 from reference.workshop import maps
-from reference.workshop.anchors.sets import known_ways_of
+from reference.workshop.anchors.known_ways import known_ways_of
 from reference.workshop.engine import knows_all_rules
 from reference.workshop.maps.generated import generated_text
 from reference.workshop.strategies.observed import known_map_of
