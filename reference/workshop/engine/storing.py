@@ -60,6 +60,7 @@ def make_ready(
             _remove_what_nobody_uses(folder)
             if _load(first_call, folder):
                 return
+            say(f"nothing could be kept in {folder}: compiling again, for this run")
     else:
         say(text)
     # what no other process can make, or keep, is made for this one only
