@@ -25,7 +25,11 @@ LASTS = "all cases take half a minute, more on a busy machine; --only names some
 @options.command(
     "validate --only corridor doors -o diagram.png",
     options.option(
-        "--only", "one case or more; default: all", choices=tuple(CASES), nargs="+"
+        "--only",
+        f"one case or more, of {', '.join(CASES)}; default: all",
+        metavar="CASE",
+        choices=tuple(CASES),
+        nargs="+",
     ),
     options.output("-o --output", options.PICTURES, "draw the fundamental diagram"),
     options.SEED,

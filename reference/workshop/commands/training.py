@@ -164,7 +164,7 @@ def _begin_or_resume(arguments: Namespace) -> Any:
 
 @options.command(
     "curves out/tiny -o curves.png",
-    options.folder("runs", "trainings", nargs="+"),
+    options.folder("runs", "folders of trainings", nargs="+"),
     options.output("-o --output", options.PICTURES, "the picture", Path("curves.png")),
     end="  after: python -m reference train --preset tiny --out out/tiny\n\n"
     "level lines: nobody and escort in the trainings' own task, played for that",
