@@ -11,7 +11,7 @@ import pytest
 from conftest import ROOT
 from movies import shipped
 from processes import python
-from trainings import begun, tiny
+from trainings import begun, equal, tiny
 
 from reference.__main__ import main
 from reference.building import Kind
@@ -350,12 +350,12 @@ def test_in_the_papers_building_the_network_made_for_it_plays(name, fields, titl
     """With its counts; elsewhere the one for any map. Digests are of what plays."""
     scenario = Scenario(**fields)
     building = shipped(name)
+    ships = SHIPPED if title == LEARNED else ANYWHERE
     for side in SIDES:
         assert strategy_of(LEARNED, side, building, scenario).title == title
         network = fixed_player(LEARNED, side, building, scenario)
-        assert (network.settings.head == "set") == (title == ANY_MAP)
+        assert equal(network.weights, load_checkpoint(ships).player(side).weights)
     asked = begin_evaluation([LEARNED], [LEARNED], name, scenario=fields, episodes=1)
-    ships = SHIPPED if title == LEARNED else ANYWHERE
     assert [*asked.digests[LEARNED]] == [ships.name]
     assert asked.titles == {LEARNED: title}
     told = "\n".join(notes(asked))

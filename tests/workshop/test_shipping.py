@@ -21,8 +21,8 @@ def test_both_sides_ship_as_weights_alone_in_less_than_five_megabytes():
     assert SHIPPED.stat().st_size < 5e6
     checkpoint = load_checkpoint(SHIPPED)
     assert not checkpoint.learners
-    for side in ("robots", "fire"):
-        assert strategy_named(LEARNED, side).learned.settings.head == "mixture"
+    for side, head in (("robots", "set"), ("fire", "mixture")):
+        assert strategy_named(LEARNED, side).learned.settings.head == head
         assert checkpoint.progress[side]["decisions"][side] > 9_000
 
 
