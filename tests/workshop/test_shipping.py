@@ -49,7 +49,7 @@ def test_the_robots_of_one_training_and_the_fire_of_another_ship(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("robots", "fire", "claimed"),
-    [(LEARNED, "random", 89.9), (LEARNED, LEARNED, 50.4), ("escort", LEARNED, 49.9)],
+    [(LEARNED, "random", 94.8), (LEARNED, LEARNED, 52.0), ("escort", LEARNED, 52.2)],
 )
 def test_the_policies_do_what_is_claimed(robots, fire, claimed, capsys):
     """The first ten of the evacuations in RESULTS.md, within their spread."""

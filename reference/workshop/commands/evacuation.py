@@ -44,7 +44,7 @@ MOST_FILMED = 3  # pairs side by side
 CHOSEN_SEED = 56
 """A seed whose film shows from 80 s on what guides are worth; its three evacuations end
 within three people of the means."""
-MEAN_OUT = {FILMED[0]: 28.9, FILMED[1]: 37.5, LEARNED_TOO: 37.0}
+MEAN_OUT = {FILMED[0]: 28.9, FILMED[1]: 37.5, LEARNED_TOO: 37.4}
 """How many of 40 get out on average: `tutorials/tables/contest.json`, 200 seeds."""
 
 
