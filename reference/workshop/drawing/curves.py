@@ -191,6 +191,7 @@ def learning_curves(
                 axes.plot(x, smooth(x, y), **look)
 
     column[-1].set_xlabel("episodes played by both sides")
+    column[-1].xaxis.set_major_formatter(_in_thousands)
     words = [f"running means over {SMOOTHING:.0%} of the episodes"]
     if levels:
         looks |= _add_levels(dict(zip(panels, column, strict=True)), levels)
@@ -264,7 +265,13 @@ def _add_decisions(axes: Axes, run: TrainingTable) -> None:
         ),
     )
     above.set_xlabel("decisions of all sides")
+    above.xaxis.set_major_formatter(_in_thousands)
     axes.set_title(axes.get_title("left"), pad=34, loc="left")
+
+
+def _in_thousands(count: float, tick: float) -> str:
+    """Write a number of an axis: 2,500,000. tick: which one, not needed."""
+    return f"{count:,.10g}"
 
 
 def _found(
@@ -304,6 +311,7 @@ def curves_of_arms(arms: Mapping[str, Sequence[TrainingTable]]) -> Figure:
 
     axes.grid(axis="y")
     axes.set(xlabel="decisions of the robots", ylabel=SURVIVORS, ylim=(0, 1))
+    axes.xaxis.set_major_formatter(_in_thousands)
     axes.set_xlim(left=0)
     whole.legend(loc="outside right center", handlelength=3.2)
     return whole
