@@ -148,7 +148,8 @@ def guess_guides(
 
     robots (..., R), people (..., n): places; at_work (..., R), walking (..., n) bool.
     It is the nearest robot at work, if that is within sight, measured on foot and
-    without flames. This is right nineteen times in twenty.
+    without flames. In the paper's building this is right nineteen times in twenty; of
+    eight robots in a small office it finds the wrong one for every second person led.
     """
     if not robots.shape[-1]:
         return np.full(people.shape, NOBODY)
