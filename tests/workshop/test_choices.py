@@ -10,7 +10,6 @@ from pages import overlaps, writing
 from reference.building import Kind, lengths
 from reference.game.codec import Moment
 from reference.workshop import drawing
-from reference.workshop.anchors.frame import NEAREST_PEOPLE
 from reference.workshop.anchors.sets import GROUPS
 from reference.workshop.drawing.choices import (
     ANCHOR_LOOKS,
@@ -46,8 +45,7 @@ def test_what_is_drawn_is_what_networks_read(name):
     """Each robot's anchors, as many as may be chosen, where its numbers say."""
     simulation = moment_of(shipped(name))
     world = simulation.world
-    head = "mixture" if name == "paper" else "set"  # of what ships
-    settings = replace(preset("tiny").robots, masks=False, head=head)
+    settings = replace(preset("tiny").robots, masks=False, head="set")
     frame = settings.codec("robots", simulation.building, simulation.scenario)
     (seen,) = frame.observe([world])
     moment = Moment(seen, np.ones(len(seen), dtype=bool), world)
@@ -80,8 +78,7 @@ def test_the_anchors_of_the_map_are_all_there_by_kind(name):
         assert len(by_kind[STAYING]) == 1
         assert len(by_kind.get(KEEPING, ())) <= 1
         assert GUARDED in by_kind
-        most = NEAREST_PEOPLE if name == "paper" else GROUPS
-        assert len(by_kind.get(LOST, ())) <= most
+        assert len(by_kind.get(LOST, ())) <= GROUPS
         bodies = simulation.world.bodies
         here = bodies.position[bodies.walking & (bodies.floor == floor)]
         for spot in by_kind.get(LOST, ()):

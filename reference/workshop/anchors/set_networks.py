@@ -2,8 +2,8 @@
 
 Every element of a set passes the same small network; the mean and the greatest of what
 comes out tell of the whole set. So their order means nothing, and weights fit any
-number. What they read is laid out as `SetShapes` says, and tells how many there
-are: one network reads the numbers of every building.
+number. What they read is laid out as `SetShapes` says, and tells how many there are:
+one network reads the numbers of every building.
 
     B    group decisions in a batch;  G  agents of the group;  V  numbers read
     k    elements of a set;  N  numbers of an element;  W  hidden units of an element

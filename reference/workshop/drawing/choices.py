@@ -3,8 +3,7 @@
 Ways out, feet of stairs and cells to guard belong to the map.  A point that means a way
 out may lie in a wall; it is drawn where it leads.  The other anchors belong to a
 moment, and stand here for one: ten seconds into an evacuation that `Escort` guides.
-What `learned` reads is drawn: in the paper's building the people nearest to a robot
-have anchors, elsewhere groups of people.
+What `learned` reads is drawn: groups of people have anchors.
 """
 
 from collections.abc import Iterable
@@ -20,12 +19,11 @@ from reference.fire import NoFire
 from reference.game.codec import PolicyCodec
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop.anchors.frame import KEEP, WAIT, RobotView, robot_destinations
+from reference.workshop.anchors.frame import KEEP, WAIT, robot_destinations
 from reference.workshop.anchors.sets import SetView
 from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import FLAME, INK, STEPS, marker
 from reference.workshop.drawing.page import COLOURS, Style
-from reference.workshop.maps import load, same_cells
 from reference.workshop.strategies.guides import Escort
 from reference.workshop.strategies.observed import way_marks
 
@@ -99,10 +97,7 @@ def anchors_of(simulation: Simulation) -> dict[int, dict[str, np.ndarray]]:
     codec = PolicyCodec("robots", building, simulation.scenario)
     (vectors,) = codec.observe([world])
     headed = robot_destinations(world)
-    if same_cells(load("paper").drawing, building.drawing):
-        view = RobotView(codec, vectors, headed, masks=False)
-    else:
-        view = SetView(codec, vectors, headed, masks=False, flames=[world.flames])
+    view = SetView(codec, vectors, headed, masks=False, flames=[world.flames])
     first_mark = WAIT + 1
     marks = view.spots[:, first_mark:]
 
