@@ -11,7 +11,7 @@ import pytest
 from movies import shipped, turns
 from refusals import refusal
 
-from reference import paper
+from reference import load, paper
 from reference.__main__ import main
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
@@ -374,6 +374,38 @@ def test_refuses_a_floor_that_is_not_there(floor, mine, capsys):
     played = f"evacuate --building tiny --people 30 --fire {mine}:Odd".split()
     status, message = refusal(capsys, *played)
     assert (status, f"{mine}:Odd: decide returned (" in message) == (1, True), message
+
+
+@pytest.mark.parametrize(
+    ("side", "line", "told"),
+    [
+        ("robots", "asked[1][0].position += 1", "robot.position"),
+        ("robots", "asked[1][0].way.append(3)", "robot.way"),
+        ("robots", "asked[1][0].floor = 7", "robot.floor"),
+        ("robots", "world.robots.pop()", "world.robots"),
+        ("robots", "world.bodies.health[:] = 99", "world.bodies.health"),
+        ("fire", "world.flames.burning[:] = True", "world.flames.burning"),
+        ("fire", "world.burnt.add(3)", "world.burnt"),
+        ("fire", "world.time = 0.0", "world.time"),
+    ],
+)
+def test_refuses_to_let_code_change_the_world(side, line, told, mine, capsys):
+    """A strategy that moves its robots would look like a good one."""
+    write(mine, f"world = asked[0]\n        {line}\n        return None")
+    played = f"evacuate --building tiny --people 30 --{side} {mine}:Odd".split()
+    status, message = refusal(capsys, *played)
+    assert (status, message.count("\n")) == (1, 1)
+    assert f"{mine}:Odd: decide changes {told}. " in message
+
+
+def test_code_may_change_copies_of_the_world(mine):
+    """And try there what it likes."""
+    asked = "world = deepcopy(asked[0]); world.robots[0].position += 1"
+    write(mine, f"from copy import deepcopy; {asked}; return [None] * len(asked[1])")
+    run = Simulation(
+        load("tiny"), Scenario(people=2), from_code(f"{mine}:Odd", "robots")
+    )
+    assert run.run().people == 2
 
 
 @pytest.mark.parametrize("answer", ["'12'", "b'12'", "('1', '2')"])

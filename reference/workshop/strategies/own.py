@@ -17,6 +17,7 @@ one, of a module imported anew, with those that it imports from its folder:
   number of workers.
 * Chance comes from `rng`, numpy's, not from `random` or `numpy.random`, which do not
   know the seed.
+* The world is there to be looked at: `robot.position += 1` is refused.
 * What it prints goes to stderr, also while it is imported, for each run anew.
 * It is copied, where a run's fire is measured and futures are tried: leave open files,
   generators and locks out of it.
@@ -45,6 +46,7 @@ from reference.paper import InputError, Scenario
 from reference.workshop.storage.runs import digests_of_code
 from reference.workshop.storage.workers import is_being_stopped
 from reference.workshop.strategies.trained import Trained
+from reference.workshop.strategies.untouched import untouched
 from reference.world import World
 
 CODE = "MODULE:NAME"
@@ -165,7 +167,7 @@ class CheckedStrategy:
         """Decide as it does. Raises InputError for what is no decision of its side."""
         # lists are its own to change
         given = [list(one) if isinstance(one, list) else one for one in asked]
-        with _own_code(self.word, "decide"):
+        with _own_code(self.word, "decide"), untouched(world, self.word):
             answer = self.strategy.decide(world, *given)
         if self.side == "fire" and answer is None:
             return None
