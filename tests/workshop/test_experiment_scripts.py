@@ -52,3 +52,15 @@ def test_every_training_and_the_guide_have_a_best_response(tmp_path):
     ]
     made = tmp_path / "out" / "best_responses"
     assert len([*made.glob("*/checkpoint-*.pt")]) >= 6
+
+
+def test_a_guard_moves_closer_to_another_cell(tmp_path):
+    """Where `closer` burns by itself nothing changes; its watches are told apart."""
+    asked = ("--episodes", "2", "--picture", "cells.png")
+    *lines, file = told("where_guards_push_fires.py", *asked)
+    heads = [k for k, line in enumerate(lines) if not line.startswith(" ")]
+    assert [lines[k].split(":")[0] for k in heads] == ["fixed", "closer", "closer"]
+    gains = [line.split()[2] for line in lines[heads[-1] + 1 :]]
+    assert gains[0] == "+0.0" and len(gains) == 12
+    assert any(gain != "+0.0" for gain in gains)
+    assert (tmp_path / file).stat().st_size > 10_000

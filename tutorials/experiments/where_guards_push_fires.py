@@ -9,7 +9,6 @@ of the cells nearest to that way out. Points more than `observer`, same evacuati
 """
 
 from argparse import ArgumentParser
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import product
 
@@ -25,7 +24,7 @@ from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.drawing import page
 from reference.workshop.engine import make_ready, to_the_end
-from reference.workshop.storage.workers import one_thread
+from reference.workshop.storage.workers import one_thread, workers
 from reference.workshop.strategies.fires import CloserFire, exits_first
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import Observer
@@ -133,7 +132,7 @@ if __name__ == "__main__":
     seeds = range(asked.seed, asked.seed + asked.episodes)
     places = cells_at_second_way()
     make_ready()
-    with ProcessPoolExecutor(asked.workers) as pool:
+    with workers(asked.workers) as pool:
         fires = {name: partial(strategy_named, name, "fire") for name in UNDER}
         usual = {
             name: pool.submit(saved, Observer, fires[name], seeds) for name in UNDER
