@@ -146,7 +146,7 @@ def test_a_choice_is_held_for_some_decisions_of_one_robot():
 
     sim = stage(HALL.replace("E.........p", "E.....R...p"))
     robots = sim.world.robots
-    held = Held(Own(), robots[1].body, (1.0, 2.0), decisions=2)
+    held = Held(Own(), {robots[1].body: (1.0, 2.0)}, decisions=2)
     answers = [held.decide(sim.world, robots, None) for _ in range(3)]
     sent = [(0.0, 0.0), (1.0, 2.0)]
     assert answers == [sent, sent, [(0.0, 0.0), (0.0, 0.0)]]
@@ -171,7 +171,7 @@ def test_the_own_decision_gains_exactly_nothing():
     (robot,) = sim.world.robots
     choices = choices_of(sim, robot)
     near = min(choices, key=lambda choice: choice.point[0])
-    sim.robot_strategy = Held(sim.robot_strategy, robot.body, near.point, 99)
+    sim.robot_strategy = Held(sim.robot_strategy, {robot.body: near.point}, 99)
     assert own_kind(sim, robot, choices) == near.kind == TO_WAY_OUT
     own, same = saved(branches(sim, robot, [None, near], 4, (1, 2, 3)))
     assert own.tolist() == same.tolist()

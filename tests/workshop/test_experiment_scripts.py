@@ -64,3 +64,13 @@ def test_a_guard_moves_closer_to_another_cell(tmp_path):
     assert gains[0] == "+0.0" and len(gains) == 12
     assert any(gain != "+0.0" for gain in gains)
     assert (tmp_path / file).stat().st_size > 10_000
+
+
+def test_parts_of_the_noise_make_the_whole(tmp_path):
+    """In per cent of the variance, under each fire."""
+    asked = ("learned", "--fire", "busiest", "random", "--decisions", "2")
+    lines = told("what_noise_is_made_of.py", *asked)
+    heads = [k for k, line in enumerate(lines) if not line.startswith(" ")]
+    assert [lines[k].split(":")[0] for k in heads] == ["busiest", "random"]
+    shares = [float(line[36:].split()[0]) for line in lines[1 : heads[1]]]
+    assert len(shares) == 8 and sum(shares) == pytest.approx(100, abs=0.5)

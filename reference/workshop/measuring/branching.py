@@ -81,29 +81,27 @@ class Worth:
 
 
 class Held:
-    """Do as another strategy, but send one robot to a point for some decisions."""
+    """Do as another strategy, but send some robots elsewhere for some decisions."""
 
     def __init__(
         self,
         strategy: RobotStrategy,
-        body: int = -1,
-        point: Destination | None = None,
+        sent: Mapping[int, Destination | None] | None = None,
         decisions: int = 0,
     ):
-        """body: of that robot; without a point nobody is sent."""
+        """sent: where each of these bodies goes; None: it keeps its destination."""
         self.strategy: Any = strategy
-        self.body = body
-        self.point = point
-        self.left = decisions if point is not None else 0
+        self.sent = sent or {}
+        self.left = decisions
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
-        """Ask the strategy for all, and overrule it for one."""
+        """Ask the strategy for all, and overrule it for those who are sent."""
         answers = self.strategy.decide(world, robots, rng)
         if not self.left:
             return answers
         self.left -= 1
         each = zip(robots, answers, strict=True)
-        return [self.point if robot.body == self.body else to for robot, to in each]
+        return [self.sent.get(robot.body, to) for robot, to in each]
 
 
 # -- What may be chosen -------------------------------------------------------------
@@ -205,13 +203,20 @@ def branches(
         future = future_of(run, seed)
         copies = [future.copy() for _ in choices]
         for copy, choice in zip(copies, choices, strict=True):
-            point = choice.point if choice else None
-            own = copy.robot_strategy.strategy  # type: ignore[attr-defined]
-            copy.robot_strategy = Held(own, robot.body, point, decisions)
+            if choice is not None:
+                send(copy, {robot.body: choice.point}, decisions)
         by_future.append(copies)
 
     play_to_the_end([copy for copies in by_future for copy in copies], players_of(run))
     return [list(futures) for futures in zip(*by_future, strict=True)]
+
+
+def send(
+    future: Simulation, sent: Mapping[int, Destination | None], decisions: int
+) -> None:
+    """Send robots of a future to places for some decisions; see `Held`."""
+    own = future.robot_strategy.strategy  # type: ignore[attr-defined]
+    future.robot_strategy = Held(own, sent, decisions)
 
 
 def saved(played: Sequence[Sequence[Simulation]]) -> np.ndarray:
@@ -225,20 +230,23 @@ def players_of(run: Simulation) -> dict[Side, Any]:
     return {side: who.player for side, who in sides.items() if hasattr(who, "player")}
 
 
-def play_to_the_end(runs: Sequence[Simulation], players: Mapping[Side, Any]) -> None:
+def play_to_the_end(
+    runs: Sequence[Simulation], players: Mapping[Side, Any], sample: bool = False
+) -> None:
     """Play futures side by side, decision by decision, and ask each network once.
 
     So its calls are fewer, and searches of ways that futures share are made once.
+    sample: robots do not do what is likeliest, but draw, as in training
     """
     going = list(runs)
     while going := [run for run in going if not run.done]:
         for side, player in players.items():
-            _ask(side, player, going)
+            _ask(side, player, going, sample and side == "robots")
         together(going)
 
 
-def _ask(side: Side, player: Any, runs: Sequence[Simulation]) -> None:
-    """Tell the agents of a side what its network finds likeliest."""
+def _ask(side: Side, player: Any, runs: Sequence[Simulation], sample: bool) -> None:
+    """Tell the agents of a side what its network decides."""
     if side == "fire":
         asked = [run for run in runs if run.fire_turn]
     else:
@@ -250,7 +258,8 @@ def _ask(side: Side, player: Any, runs: Sequence[Simulation]) -> None:
     moments = []
     for run, vectors in zip(asked, seen, strict=True):
         everybody = np.ones(len(vectors), dtype=bool)
-        moments.append(Moment(vectors, everybody, run.world))
+        rng = run.rng[side] if sample else None
+        moments.append(Moment(vectors, everybody, run.world, rng))
     decisions, _ = player.act(moments)
     for run, rows in zip(asked, decisions, strict=True):
         who: Any = run.fire_strategy
