@@ -71,7 +71,7 @@ def nearest_free(N, cells, floor, x, y):
             east = cell.x - x
             north = cell.y - y
             square = east * east + north * north
-            if square < least:
+            if square < least or best < 0:  # the first, where a square overflows
                 least = square
                 best = p
     return best
