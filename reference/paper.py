@@ -284,7 +284,7 @@ def refuse_beyond(name: str, value: Any, limit: Limits, whole: bool) -> None:
 
 
 def current(number: Callable[[], float]) -> Any:
-    """Make a field whose default is a number above as it is when a scenario is made."""
+    """Make a field whose default is read when a scenario is made, not before."""
     return field(default_factory=number)
 
 
@@ -345,11 +345,13 @@ class Scenario:
 
     def start_counts(self, floors: int) -> tuple[int, ...]:
         """How many people start on each floor of a building, lowest first."""
-        if (counts := self.people_per_floor) is None:
+        counts = self.people_per_floor
+        if counts is None:
             share, rest = divmod(self.people, floors)
             return tuple(share + (floor < rest) for floor in range(floors))
-        if (named := len(counts)) != floors:
+        if len(counts) != floors:
             raise InputError(
-                f"people_per_floor names {named} floors, the building has {floors}"
+                f"people_per_floor names {len(counts)} floors, "
+                f"the building has {floors}"
             )
         return counts

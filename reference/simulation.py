@@ -62,8 +62,10 @@ class Simulation:
 
     world   what exists now;  events  all that has happened
     tick    seconds of one step;  decision_ticks  ticks from one decision to the next
-    due     (n,) bool, who thinks next;  turn  (n,) each one's tick of RECONSIDER_TICKS
-    full_until  (landmarks + 1,) s, until then each is full; the last: no landmark
+    due     (n,) bool, who thinks in the next tick
+    turn    (n,) 0 .. RECONSIDER_TICKS - 1: in every tick whose number leaves this
+            remainder, each thinks anyway
+    full_until  (landmarks + 1,) s, until when each is full; the last: no landmark
     walked_to  (k, 2) metres, where the last tick's walk led, before any took stairs
     """
 

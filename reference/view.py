@@ -60,7 +60,7 @@ class View:
         return line & self._sight.rooms or line
 
     def overlooked(self, place: int) -> frozenset[int]:
-        """Places seen from a place where one has been, with all beside them."""
+        """What was in line of sight from a place, without its border."""
         return self._sight.overlooked(place)
 
     def nearest(self, places: Iterable[int]) -> int:

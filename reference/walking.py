@@ -6,7 +6,7 @@ floor's platform and its staircases; ours stand between room and stairwell, and 
 platform is part of the stairs: who enters is on the stairs [A3, deviation].
 
     who  (k,) numbers of those who walk;  i  a person;  mark  index of a landmark
-    p    place;  k  stairwell
+    p    place;  k  an index into who; on stairs, a stairwell
 """
 
 from math import inf

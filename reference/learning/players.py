@@ -30,7 +30,7 @@ class Player:
         scenario: Scenario,
         settings: TrainerSettings,
     ):
-        """Raises SettingsError for settings that this side cannot have."""
+        """Raises InputError where this side cannot play: a fire where nothing burns."""
         self.codec = settings.codec(side, building, scenario)
         self.actor = settings.network(Actor)(self.codec.sizes, settings).eval()
 

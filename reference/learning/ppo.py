@@ -119,7 +119,7 @@ class Learner:
     """One side's trainer: networks, buffer, optimiser and steps so far."""
 
     make_critic: Any = Critic
-    buffers = Decisions  # whose `joined` is asked
+    buffers = Decisions  # the class that joins the parts of the buffer
 
     def __init__(self, settings: TrainerSettings, sizes: Sizes, seed: int):
         self.settings = settings

@@ -104,9 +104,13 @@ def _moments(runs: "Sequence[_RunningEpisode]", side: Side) -> list[Moment]:
 class _RunningEpisode:
     """One running episode: what its recorded sides see, do and are paid.
 
-    agents  strategies that do what players choose;  decisions  of the robots, so far
-    there   (R,) bool, robots that observe the next step;  seen  (R, V), what they did
-            last;  records  by side, with their rewards
+    agents     strategies of both sides; a player's does what `choose` says
+    told       events that rewards have been paid for
+    decisions  of the robots, so far
+    there      (R,) bool, robots that observe the next step
+    seen       (R, V), what each robot observed last
+    rngs       by side, for sampling; beside the simulation's own
+    records    by recorded side, its decisions and their rewards
     """
 
     def __init__(
@@ -122,11 +126,11 @@ class _RunningEpisode:
             "robots": run.robot_strategy,
             "fire": run.fire_strategy,
         }
-        self.told = 0  # events
+        self.told = 0
         self.decisions = 0
         self.there = np.ones(len(run.world.robots), dtype=bool)
         self.seen = np.zeros((), dtype=np.float32)
-        self.rngs = {  # beside the simulation's own
+        self.rngs = {
             side: np.random.default_rng([seed, k]) for k, side in enumerate(SIDES, 1)
         }
         recorded = [side for side in players if side in job.record]
@@ -145,7 +149,8 @@ class _RunningEpisode:
         """
         acting = self.acting(side)
         if side == "robots":
-            vectors = self.seen = np.where(self.there[:, None], vectors, self.seen)
+            vectors = np.where(self.there[:, None], vectors, self.seen)
+            self.seen = vectors
             self.there = acting | (self.decisions == 0)  # all are there for a step
         return Moment(
             vectors=vectors,
