@@ -248,10 +248,10 @@ class Simulation:
         entered = Counter(int(self._marks[place[i]]) for i, _ in touched)
         for mark, count in entered.items():
             way = self.building.landmarks[mark]
-            stairs = way.kind is Kind.ENTRANCE
-            flow = paper.STAIRS_FLOW if stairs else paper.DOOR_FLOW
-            free = float(self.full_until[mark])
-            since = free if free > now - self.tick + 1e-9 else now
+            flow = paper.STAIRS_FLOW if way.kind is Kind.ENTRANCE else paper.DOOR_FLOW
+            since = float(self.full_until[mark])
+            if since <= now - self.tick + 1e-9:  # free for a tick or longer
+                since = now
             self.full_until[mark] = since + count / (flow * way.width)
 
     # -- BURN -----------------------------------------------------------------------
