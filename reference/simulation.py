@@ -21,7 +21,7 @@ import numpy as np
 from reference import humans, motion, paper, walking
 from reference.beginning import generators, starting_world
 from reference.building import Building, Kind
-from reference.fire import FireStrategy, Generator, NoFire, Spread, cells_beside
+from reference.fire import FireStrategy, NoFire, SourceGenerator, Spread, cells_beside
 from reference.navigation import navigation_of
 from reference.paper import Scenario, refuse_words
 from reference.rays import sight_of
@@ -98,7 +98,7 @@ class Simulation:
             (robots or NoRobots(), fire or NoFire())
         )
         self.algorithm = RobotAlgorithm()
-        self.generator = Generator(building, self.scenario, self.rng["elsewhere"])
+        self.generator = SourceGenerator(building, self.scenario, self.rng["elsewhere"])
         self.spread = Spread(building, self.scenario, self.rng["flames"])
         if world is None:
             world = starting_world(building, self.scenario, self.rng["people"])

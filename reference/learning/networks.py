@@ -194,7 +194,7 @@ class ActionDistribution:
             total = total + branch.entropy()
         return total
 
-    def noise(self) -> list[int]:
+    def noise_sizes(self) -> list[int]:
         """Tell how many numbers `act` takes: normal, then Gumbel's for each branch."""
         counts = (branch.logits.shape[-1] for branch in self.branches)
         return [self.gaussian.mean.shape[-1], *counts]
@@ -207,7 +207,7 @@ class ActionDistribution:
         mean = self.gaussian.mean
         scores = [branch.logits for branch in self.branches]
         if noise is not None:
-            normal, *gumbel = noise.split(self.noise(), dim=-1)
+            normal, *gumbel = noise.split(self.noise_sizes(), dim=-1)
             mean = mean + self.gaussian.stddev * normal
             scores = [s + g for s, g in zip(scores, gumbel, strict=True)]
         chosen = [s.argmax(dim=-1, keepdim=True).to(mean.dtype) for s in scores]

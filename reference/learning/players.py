@@ -62,7 +62,7 @@ class Player:
 
 def _noise(moments: Sequence[Moment], policy: ActionDistribution) -> Tensor | None:
     """Draw the noise of `act`, (S, G, C + sum n), by each episode's generator."""
-    continuous, *branches = policy.noise()
+    continuous, *branches = policy.noise_sizes()
     rows = []
     for moment in moments:
         if moment.rng is None:

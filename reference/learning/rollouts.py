@@ -105,7 +105,7 @@ class _RunningEpisode:
     """One running episode: what its recorded sides see, do and are paid.
 
     agents     strategies of both sides; a player's does what `choose` says
-    told       events that rewards have been paid for
+    paid       how many events rewards have been paid for
     decisions  of the robots, so far
     there      (R,) bool, robots that observe the next step
     seen       (R, V), what each robot observed last
@@ -126,7 +126,7 @@ class _RunningEpisode:
             "robots": run.robot_strategy,
             "fire": run.fire_strategy,
         }
-        self.told = 0
+        self.paid = 0
         self.decisions = 0
         self.there = np.ones(len(run.world.robots), dtype=bool)
         self.seen = np.zeros((), dtype=np.float32)
@@ -170,8 +170,8 @@ class _RunningEpisode:
 
         Rewards before its first decision are not learned from.
         """
-        events = self.simulation.events[self.told :]
-        self.told += len(events)
+        events = self.simulation.events[self.paid :]
+        self.paid += len(events)
         earned = {"robots": group_reward(events), "fire": fire_reward(events)}
         for side, records in self.records.items():
             if records:
