@@ -221,16 +221,6 @@ MOST = 10_000  # [B8, chosen] people, robots of a floor, sources: more would not
 LONGEST = 1_000_000  # seconds: eleven days, longer than anything here
 
 
-def numbers() -> dict[str, Any]:
-    """Collect the numbers above by name, as they are now; not the tables."""
-    kinds = (int, float, tuple)
-    return {
-        name: value
-        for name, value in globals().items()
-        if name.isupper() and isinstance(value, kinds)
-    }
-
-
 # -- One experiment -----------------------------------------------------------------
 
 

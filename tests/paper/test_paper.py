@@ -1,6 +1,5 @@
 """The numbers: as printed where the appendix states them, else recomputed."""
 
-import json
 from math import inf, nan
 
 import pytest
@@ -185,16 +184,6 @@ def test_limits_of_a_scenario_follow_the_numbers(monkeypatch):
     monkeypatch.setattr(paper, "MOST_FRAMES_PER_TICK", 12)
     with pytest.raises(InputError, match=r"frames_per_tick is 20: .* from 1 to 12 "):
         Scenario(frames_per_tick=20)
-
-
-def test_numbers_are_by_name_as_they_are_now(monkeypatch):
-    """Points too; no tables, and nothing that is no number."""
-    monkeypatch.setattr(paper, "HEALTH", 50.0)
-    now = paper.numbers()
-    assert (now["HEALTH"], now["PEOPLE"]) == (50.0, 40)
-    assert now["WORST_POINT"] == paper.WORST_POINT
-    assert not {"TABLE_I", "TABLE_II"} & {*now}
-    assert json.loads(json.dumps(now)).keys() == now.keys()
 
 
 @pytest.mark.paper("F8")
