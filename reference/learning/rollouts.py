@@ -55,16 +55,11 @@ class Episode:
     facts: dict[str, float]
 
 
-def play(*jobs: Job, advance: Advance = until_next_decision) -> list[Episode]:
-    """Play the episodes of jobs in one lockstep; each is as if played alone [E6].
-
-    Only `advance` sees the simulations of all: a job's networks decide for its own.
-    """
-    games = [_begin_episodes(job) for job in jobs]
-    runs = [run for game in games for run in game]
+def play(job: Job, advance: Advance = until_next_decision) -> list[Episode]:
+    """Play a job's episodes in lockstep; each is as if played alone [E6]."""
+    runs = _begin_episodes(job)
     while running := [run for run in runs if not run.simulation.done]:
-        for game in games:
-            _decide([run for run in game if run in running])
+        _decide(running)
         advance([run.simulation for run in running])
         for run in running:
             run.end_step()
@@ -84,8 +79,6 @@ def _begin_episodes(job: Job) -> "list[_RunningEpisode]":
 
 def _decide(running: "Sequence[_RunningEpisode]") -> None:
     """Let the players of a job choose, all episodes by one call of each network."""
-    if not running:
-        return
     for side, player in running[0].players.items():
         asked = [run for run in running if run.acting(side).any()]
         if asked:
