@@ -198,9 +198,8 @@ def _points(worlds: Sequence[World]) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 def robots_at_work(world: World) -> np.ndarray:
     """(R,) bool: is anybody inside on the robot's floor or above it? [C8]"""
-    bodies = world.bodies
-    highest = bodies.floor[bodies.inside].max(initial=-1)
-    return np.array([robot.floor <= highest for robot in world.robots], dtype=bool)
+    work = [world.anybody_at_or_above(robot.floor) for robot in world.robots]
+    return np.array(work, dtype=bool)
 
 
 def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.ndarray:
