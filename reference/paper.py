@@ -308,6 +308,9 @@ class Scenario:
                 refuse_beyond(row.name, value, limit_of[row.name], row.type is int)
         for count in self.people_per_floor or ():
             refuse_beyond("one of people_per_floor", count, limit_of["people"], True)
+        if isinstance(self.rooms, str):
+            word = f"{self.rooms!r:.60}"
+            raise InputError(f"rooms is {word}: give a list of ids, [{word}]")
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
         if self.people_per_floor is not None:

@@ -171,6 +171,15 @@ def test_says_which_number_makes_no_sense_and_what_would():
         Scenario(people_per_floor=(3, -1))
 
 
+@pytest.mark.parametrize("room", ["1/hall", ""])
+def test_refuses_a_word_where_a_list_of_rooms_is_needed(room):
+    """Else each letter would be a room."""
+    told = f"^rooms is '{room}': give a list of ids, \\['{room}'\\]$"
+    with pytest.raises(InputError, match=told):
+        Scenario(rooms=room)
+    assert Scenario(rooms=[room]).rooms == (room,)
+
+
 def test_refuses_two_counts_of_people_that_differ():
     """The default of `people` was not asked for."""
     with pytest.raises(InputError, match="people is 7, people_per_floor comes to 5"):
