@@ -42,7 +42,7 @@ def generators(seed: int) -> dict[str, np.random.Generator]:
 def starting_world(building: Building, scenario: Scenario, rng: Rng) -> World:
     """Build the world at 0 s; rng draws people's places, pace and rank.
 
-    Raises ValueError for more people than fit and for rooms that do not exist.
+    Raises InputError for more people than fit and for rooms that do not exist.
     """
     place = _starting_places(building, scenario, rng)
     jitter = rng.uniform(-1, 1, (len(place), 2)) * (0.5 - paper.BODY_RADIUS)
@@ -141,7 +141,7 @@ def _starting_places(building: Building, scenario: Scenario, rng: Rng) -> np.nda
 
 
 def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
-    """(k,) places of these rooms, by id; ValueError for a room that does not exist."""
+    """(k,) places of these rooms, by id; InputError for a room that does not exist."""
     known = {a.id: a.index for a in building.areas if a.kind == "room"}
     for room in rooms:
         if room not in known:

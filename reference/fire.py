@@ -34,7 +34,7 @@ def snapped(x: float) -> float:
     return below + 0.5
 
 
-class Generator:
+class SourceGenerator:
     """The fire source generator: Eqs. 2-3, and rule D6 in both modes.
 
     For an occupied place there is no fire in training, else one at another place: the

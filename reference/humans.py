@@ -115,9 +115,10 @@ def not_yet_visited(me: Mind, observe: View) -> int | None:
 
 
 def _kept_or_nearest(me: Mind, observe: View, ways: list[int]) -> int | None:
-    """The nearest, unless the goal is among them and less than GOAL_HYSTERESIS farther.
+    """Keep the goal if it is less than GOAL_HYSTERESIS farther than the nearest way.
 
-    Without hysteresis people dither between two ways [B6, chosen].
+    Else take the nearest. Without hysteresis people dither between two ways
+    [B6, chosen].
     """
     if me.goal.aim is Aim.LANDMARK and me.goal.which in ways:
         kept = observe.landmarks[me.goal.which].distance
@@ -241,9 +242,9 @@ def back_to_last_door(me: Mind, observe: View) -> Goal:
 def look_again(me: Mind, observe: View) -> Goal:
     """Go to the floor in view that was looked at longest ago, or never [B6, chosen].
 
-    It stays the goal until it is looked at, or older floor comes in view. So somebody
-    alone, without fire, sees every part of a connected floor in the end: a place beside
-    what was looked at was in view then, and counts as older until it is looked at.
+    It stays the goal until it is looked at, or until older floor comes in view. The
+    border of what was looked at counts as not looked at, so its turn comes: alone and
+    without fire, a person sees every part of a connected floor in the end.
     """
     ways = {p for p in observe.ground if not observe.burns_towards(p)}
     if me.goal.aim is Aim.DIRECTION and not observe.burns_towards(me.goal.place):
@@ -352,7 +353,7 @@ def _show_decision(world: World, i: int) -> None:
 
 
 def _straight(nav: Navigation, p: int, goal: Goal) -> int:
-    """The place to walk straight at from p: of a direction round a corner, the next."""
+    """Choose where to walk straight: the goal, or the next place round a corner."""
     if goal.aim is not Aim.DIRECTION or nav.clear.reaches(p, goal.place):
         return goal.place
     return nav.next_place(p, goal.place)

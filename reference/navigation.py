@@ -2,9 +2,10 @@
 
 The paper's NavMesh becomes a grid of 1 m cells [A7, chosen]: a step goes
 to one of eight neighbours, diagonally only where both cells beside it are free; ways
-are then pulled straight wherever the straight line is free.  Of equally short ways the
-next place is the one nearest to the goal, and of equally near ones that of the highest
-number [A7, chosen]: so scipy's search decides.  All floors share one numbering:
+are then pulled straight wherever the straight line is free.  Of equally short ways, the
+next place is the one nearest to the goal; of equally near places, the one with the
+highest number [A7, chosen]: scipy breaks ties like that.  All floors share one
+numbering:
 
     p   place, a cell of the whole building: (floor * rows + row) * cols + col
     d   way to a goal, metres, inf where there is none
@@ -186,7 +187,10 @@ class Navigation:
         return int(free[np.argmin(east * east + north * north)])
 
     def place_beyond(self, door: int, side: int) -> int:
-        """Find the place across a door cell from one side, an area; else the cell."""
+        """Find the place across a door cell, seen from one side; else the cell itself.
+
+        side: index of the area that one comes from
+        """
         areas = self.building.area.ravel()
         around = (door + 1, door - 1, door + self.cols, door - self.cols)
         across = (p for p in around if areas[p] not in (-1, side))

@@ -221,16 +221,6 @@ MOST = 10_000  # [B8, chosen] people, robots of a floor, sources: more would not
 LONGEST = 1_000_000  # seconds: eleven days, longer than anything here
 
 
-def numbers() -> dict[str, Any]:
-    """Collect the numbers above by name, as they are now; not the tables."""
-    kinds = (int, float, tuple)
-    return {
-        name: value
-        for name, value in globals().items()
-        if name.isupper() and isinstance(value, kinds)
-    }
-
-
 # -- One experiment -----------------------------------------------------------------
 
 
@@ -284,7 +274,7 @@ def refuse_beyond(name: str, value: Any, limit: Limits, whole: bool) -> None:
 
 
 def current(number: Callable[[], float]) -> Any:
-    """Make a field whose default is a number above as it is when a scenario is made."""
+    """Make a field whose default is read when a scenario is made, not before."""
     return field(default_factory=number)
 
 
@@ -318,6 +308,9 @@ class Scenario:
                 refuse_beyond(row.name, value, limit_of[row.name], row.type is int)
         for count in self.people_per_floor or ():
             refuse_beyond("one of people_per_floor", count, limit_of["people"], True)
+        if isinstance(self.rooms, str):
+            word = f"{self.rooms!r:.60}"
+            raise InputError(f"rooms is {word}: give a list of ids, [{word}]")
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
         if self.people_per_floor is not None:
@@ -345,11 +338,13 @@ class Scenario:
 
     def start_counts(self, floors: int) -> tuple[int, ...]:
         """How many people start on each floor of a building, lowest first."""
-        if (counts := self.people_per_floor) is None:
+        counts = self.people_per_floor
+        if counts is None:
             share, rest = divmod(self.people, floors)
             return tuple(share + (floor < rest) for floor in range(floors))
-        if (named := len(counts)) != floors:
+        if len(counts) != floors:
             raise InputError(
-                f"people_per_floor names {named} floors, the building has {floors}"
+                f"people_per_floor names {len(counts)} floors, "
+                f"the building has {floors}"
             )
         return counts

@@ -55,7 +55,7 @@ Method = TypeVar("Method", bound=Callable[..., Any])
 
 
 def kept(method: Method) -> Method:
-    """Let a method keep its answers in its object, so that they go when that goes."""
+    """Cache a method's answers in its object; they are freed with the object."""
 
     def bind(sight: "Sight") -> Any:
         return lru_cache(KEPT)(partial(method, sight))
@@ -143,9 +143,10 @@ class Sight:
 
     @kept
     def landmarks(self, p: int, holes: Holes = NO_HOLES) -> dict[int, Hit]:
-        """The nearest hit of each landmark that rays meet, by distance.
+        """Visible landmarks, nearest first: the nearest hit of each.
 
-        Without entrances of stairs that end here: a sign says so [B6, chosen].
+        Entrances of stairs that end on this floor are left out: a sign says so
+        [B6, chosen].
         """
         nearest: dict[int, Hit] = {}
         met = [q for q in self._stops(p, holes) if self._marks[q] in self._useful]
@@ -181,7 +182,7 @@ class Sight:
 
     @kept
     def overlooked(self, p: int) -> frozenset[int]:
-        """Places in line of sight with all places beside them."""
+        """Places in line of sight, all of whose walkable neighbours are, too."""
         line = self.in_line(p, NO_HOLES)
         cols = self.navigation.cols
         around = {q + step for q in line for step in (1, -1, cols, -cols)}

@@ -72,10 +72,9 @@ def speed_while_leading(robot: Robot, world: World) -> float:
 
     0 while it waits for them. Followers who see the robot take up its instruction [B5].
     """
-    followers = followers_of(world, robot) if robot.way else ()
-    if not len(followers):
-        return paper.ROBOT_SPEED
-    if navigation_of(world.building).to_landmarks[robot.place] < paper.DOORWAY_METRES:
+    followers = followers_of(world, robot)
+    to_door = navigation_of(world.building).to_landmarks[robot.place]
+    if not robot.way or not len(followers) or to_door < paper.DOORWAY_METRES:
         return paper.ROBOT_SPEED
     off = world.bodies.position[followers] - robot.position
     gap = float(lengths(off).cumsum()[-1]) / len(followers)  # `sum` adds in blocks

@@ -21,7 +21,7 @@ import numpy as np
 from reference import humans, motion, paper, walking
 from reference.beginning import generators, starting_world
 from reference.building import Building, Kind
-from reference.fire import FireStrategy, Generator, NoFire, Spread, cells_beside
+from reference.fire import FireStrategy, NoFire, SourceGenerator, Spread, cells_beside
 from reference.navigation import navigation_of
 from reference.paper import Scenario, refuse_words
 from reference.rays import sight_of
@@ -62,8 +62,10 @@ class Simulation:
 
     world   what exists now;  events  all that has happened
     tick    seconds of one step;  decision_ticks  ticks from one decision to the next
-    due     (n,) bool, who thinks next;  turn  (n,) each one's tick of RECONSIDER_TICKS
-    full_until  (landmarks + 1,) s, until then each is full; the last: no landmark
+    due     (n,) bool, who thinks in the next tick
+    turn    (n,) 0 .. RECONSIDER_TICKS - 1: in every tick whose number leaves this
+            remainder, each thinks anyway
+    full_until  (landmarks + 1,) s, until when each is full; the last: no landmark
     walked_to  (k, 2) metres, where the last tick's walk led, before any took stairs
     """
 
@@ -96,7 +98,7 @@ class Simulation:
             (robots or NoRobots(), fire or NoFire())
         )
         self.algorithm = RobotAlgorithm()
-        self.generator = Generator(building, self.scenario, self.rng["elsewhere"])
+        self.generator = SourceGenerator(building, self.scenario, self.rng["elsewhere"])
         self.spread = Spread(building, self.scenario, self.rng["flames"])
         if world is None:
             world = starting_world(building, self.scenario, self.rng["people"])
@@ -246,10 +248,10 @@ class Simulation:
         entered = Counter(int(self._marks[place[i]]) for i, _ in touched)
         for mark, count in entered.items():
             way = self.building.landmarks[mark]
-            stairs = way.kind is Kind.ENTRANCE
-            flow = paper.STAIRS_FLOW if stairs else paper.DOOR_FLOW
-            free = float(self.full_until[mark])
-            since = free if free > now - self.tick + 1e-9 else now
+            flow = paper.STAIRS_FLOW if way.kind is Kind.ENTRANCE else paper.DOOR_FLOW
+            since = float(self.full_until[mark])
+            if since <= now - self.tick + 1e-9:  # free for a tick or longer
+                since = now
             self.full_until[mark] = since + count / (flow * way.width)
 
     # -- BURN -----------------------------------------------------------------------

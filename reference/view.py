@@ -60,7 +60,7 @@ class View:
         return line & self._sight.rooms or line
 
     def overlooked(self, place: int) -> frozenset[int]:
-        """Places seen from a place where one has been, with all beside them."""
+        """What was in line of sight from a place, without its border."""
         return self._sight.overlooked(place)
 
     def nearest(self, places: Iterable[int]) -> int:
@@ -96,15 +96,11 @@ class View:
 
     def passable(self, landmark: int) -> bool:
         """Is there no flame in sight on the straight way to a landmark in view?"""
-        if not self._world.flames.alight:
-            return True
         on, _ = self._sight.line(self.place, landmark, self.holes)
         return not self.burns(on)
 
     def safe(self, landmark: int) -> bool:
         """Is there no flame in sight on or beside the straight way to a landmark?"""
-        if not self._world.flames.alight:
-            return True
         _, beside = self._sight.line(self.place, landmark, self.holes)
         return not self.burns(beside)
 

@@ -6,7 +6,7 @@ floor's platform and its staircases; ours stand between room and stairwell, and 
 platform is part of the stairs: who enters is on the stairs [A3, deviation].
 
     who  (k,) numbers of those who walk;  i  a person;  mark  index of a landmark
-    p    place;  k  stairwell
+    p    place;  k  an index into who; on stairs, a stairwell
 """
 
 from math import inf
@@ -146,15 +146,15 @@ def _step_out(world: World, i: int, well: Stairwell) -> None:
     bodies = world.bodies
     nav = navigation_of(world.building)
     others = bodies.position[bodies.walking & (bodies.floor == well.lowest)]
-    entrances = well.entrances[well.lowest]
-    for mark, p in ((m, p) for m in entrances for p in nav.goals[m].tolist()):
-        if (lengths(others - nav.centres[p]) >= paper.body_diameter()).all():
-            bodies.place[i] = p
-            bodies.position[i] = nav.centres[p]
-            bodies.anchor[i] = nav.centres[p]
-            bodies.anchor_time[i] = world.time
-            bodies.stairwell[i] = NOWHERE
-            bodies.stairs_until[i] = inf
-            beyond = nav.place_beyond(p, well.areas[well.lowest])
-            humans.arrive(world.minds[i], mark, beyond)
-            return
+    for mark in well.entrances[well.lowest]:
+        for p in nav.goals[mark].tolist():
+            if (lengths(others - nav.centres[p]) >= paper.body_diameter()).all():
+                bodies.place[i] = p
+                bodies.position[i] = nav.centres[p]
+                bodies.anchor[i] = nav.centres[p]
+                bodies.anchor_time[i] = world.time
+                bodies.stairwell[i] = NOWHERE
+                bodies.stairs_until[i] = inf
+                beyond = nav.place_beyond(p, well.areas[well.lowest])
+                humans.arrive(world.minds[i], mark, beyond)
+                return

@@ -10,7 +10,7 @@ import networkx as nx
 import numpy as np
 
 from reference import Scenario, Simulation, load
-from reference.fire import Generator, snapped
+from reference.fire import SourceGenerator, snapped
 from reference.robots import NoRobots
 from reference.workshop import drawing
 from reference.world import DoorBurnt
@@ -48,7 +48,7 @@ night = Simulation(museum, Scenario(people=1, sources=1), NoRobots(), Candle(), 
 x, y = night.world.bodies.position[0].tolist()  # where the watchman stands
 for training in (True, False):
     scenario = Scenario(sources=1, training=training)
-    generator = Generator(museum, scenario, night.rng["elsewhere"])
+    generator = SourceGenerator(museum, scenario, night.rng["elsewhere"])
     print(generator.generate(night.world, (0, x, y)))
 #> FireRefused(time=0.0, floor=0, x=-10.5, y=8.5)
 #> FireLit(time=0.0, floor=0, x=7.5, y=-6.5)

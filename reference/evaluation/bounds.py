@@ -29,7 +29,7 @@ def worst_reward(people: int) -> float:
 def best_reward(building: Building, people: int) -> float:
     """R_b, health points [F6, Eq. 7]: n · (Σ_j (hp − loss_j) + FixReward).
 
-    The sum goes over all floors of the building; on the paper's it is 15000 within 2 %.
+    The sum goes over all floors. For the paper's building R_b is 15000 within 2 %.
     """
     on_floors = sum(paper.HEALTH - loss for loss in health_losses(building))
     return people * (on_floors + paper.FIXED_REWARD)

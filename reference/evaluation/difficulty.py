@@ -35,9 +35,9 @@ def hardest() -> float:
 
 
 def moments() -> np.ndarray:
-    """Seconds at which ways are compared: whenever flames move on, from 0 to T.
+    """Seconds at which ways are compared: whenever flames move on, from 0 until T.
 
-    [F11, chosen] After T = 200 s nobody has health left to lose.
+    [F11, chosen] T, 200 s, is left out: nobody has health left to lose then.
     """
     count = round(paper.health_seconds() / paper.FLAME_SECONDS)
     return np.arange(count) * paper.FLAME_SECONDS
@@ -133,10 +133,11 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
     has no sources left, or nobody could have any health left.
     """
     after = simulation.copy()
-    world, sources = after.world, after.scenario.sources
-    while len(world.flames.sources) < sources and world.time < paper.health_seconds():
+    flames = after.world.flames
+    end = paper.health_seconds()
+    while len(flames.sources) < after.scenario.sources and after.world.time < end:
         after.step()
-    return world.flames.arrival
+    return flames.arrival
 
 
 # -- The graph, each edge cut in two at its landmark --------------------------------

@@ -40,7 +40,7 @@ class Ruler:
     beta: float  # β, the e′ that scores 1
 
     def reward_part(self, reward: Number) -> Number:
-        """y = b^(R/α) / c [F1, Eq. 4]; RulerError where it exceeds LARGEST."""
+        """y = b^(R/α) / c [F1, Eq. 4]; RulerError where y exceeds LARGEST_Y."""
         highest = np.max(reward)
         most = self.reward_at(LARGEST_Y)
         if highest > most:

@@ -1,7 +1,7 @@
 """Encode what a side observes for its network, and decode the network's actions.
 
-Here both are as in the paper; subclasses in `workshop.anchors` do it otherwise.  What
-comes out are decisions in metres, 64 bits; only the environment's `step` reads a box.
+Both are as in the paper.  Decoded actions are decisions in metres, float64; only
+`Environment.step` takes actions from the box [-1, 1].
 
     S    moments;  G  agents of a side: all robots, or one fire
     V    numbers a network reads;  K  of its action;  A  of a decision: x, y in metres,

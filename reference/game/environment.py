@@ -18,7 +18,7 @@ import numpy as np
 from reference.building import Building
 from reference.fire import Decision, FireStrategy
 from reference.game import observations
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.robots import Destination, Destinations, RobotStrategy
 from reference.simulation import Simulation
@@ -123,7 +123,7 @@ class Environment:
     ):
         """robots, fire: None for agents, or the strategy that plays this side.
 
-        Raises ValueError for more people than fit, and if there is nobody to act.
+        Raises InputError for more people than fit, and if there is nobody to act.
         """
         self.building = building
         self.scenario = scenario or Scenario()
@@ -139,7 +139,7 @@ class Environment:
         if fire is None:
             self.possible_agents.append(FIRE)
         if not self.possible_agents:
-            raise ValueError("nobody acts: leave the robots or the fire to an agent")
+            raise InputError("nobody acts: leave the robots or the fire to an agent")
         self.agents: list[str] = []
         self._seeds = np.random.default_rng()
         self._begin(0)

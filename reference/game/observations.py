@@ -198,19 +198,18 @@ def _points(worlds: Sequence[World]) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 def robots_at_work(world: World) -> np.ndarray:
     """(R,) bool: is anybody inside on the robot's floor or above it? [C8]"""
-    bodies = world.bodies
-    highest = bodies.floor[bodies.inside].max(initial=-1)
-    return np.array([robot.floor <= highest for robot in world.robots], dtype=bool)
+    work = [world.anybody_at_or_above(robot.floor) for robot in world.robots]
+    return np.array(work, dtype=bool)
 
 
 def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.ndarray:
     """Sort people for each robot, (S, R, n) indices.
 
-    [C4, deviation] The paper's agents of a floor observe the same; ours the same in an
-    order of their own, since identical inputs could not tell two mates apart.
-    First its own floor, then those above, whose people will come through, then those
-    below; nearer floors first, `ABSENT_POINT` last. Within a floor by distance in
-    metres.
+    [C4, deviation] The paper's agents of a floor observe the same. Ours do too, but
+    each sorts people by its own position: identical inputs could not tell two mates
+    apart. Its own floor comes first, then the floors above, whose people will come
+    through, then those below; nearer floors first. Within a floor the nearest come
+    first. `ABSENT_POINT` is last.
     """
     off = humans[:, None] - robots[:, :, None]
     metres = lengths(off)

@@ -76,8 +76,8 @@ class GridEncoder(nn.Module):
     def forward(self, grids: Tensor) -> Tensor:
         """(B, channels, height, width) of 0 and 1 -> (B, H).
 
-        A sum over kinds of channels: walls and exits, alike in a whole batch from one
-        building, are convolved once.
+        The first convolution is summed over the kinds of channels. A kind that is the
+        same in the whole batch, such as walls of one building, is convolved once.
         """
         x = self.conv1.get_parameter("bias")[:, None, None]
         kernels = self.conv1.weight.chunk(len(GRID_KINDS), dim=1)
@@ -194,8 +194,8 @@ class ActionDistribution:
             total = total + branch.entropy()
         return total
 
-    def noise(self) -> list[int]:
-        """How many numbers `act` takes: normal ones, then Gumbel's for each branch."""
+    def noise_sizes(self) -> list[int]:
+        """Tell how many numbers `act` takes: normal, then Gumbel's for each branch."""
         counts = (branch.logits.shape[-1] for branch in self.branches)
         return [self.gaussian.mean.shape[-1], *counts]
 
@@ -207,7 +207,7 @@ class ActionDistribution:
         mean = self.gaussian.mean
         scores = [branch.logits for branch in self.branches]
         if noise is not None:
-            normal, *gumbel = noise.split(self.noise(), dim=-1)
+            normal, *gumbel = noise.split(self.noise_sizes(), dim=-1)
             mean = mean + self.gaussian.stddev * normal
             scores = [s + g for s, g in zip(scores, gumbel, strict=True)]
         chosen = [s.argmax(dim=-1, keepdim=True).to(mean.dtype) for s in scores]

@@ -30,7 +30,7 @@ class Player:
         scenario: Scenario,
         settings: TrainerSettings,
     ):
-        """Raises SettingsError for settings that this side cannot have."""
+        """Raises InputError where this side cannot play: a fire where nothing burns."""
         self.codec = settings.codec(side, building, scenario)
         self.actor = settings.network(Actor)(self.codec.sizes, settings).eval()
 
@@ -62,7 +62,7 @@ class Player:
 
 def _noise(moments: Sequence[Moment], policy: ActionDistribution) -> Tensor | None:
     """Draw the noise of `act`, (S, G, C + sum n), by each episode's generator."""
-    continuous, *branches = policy.noise()
+    continuous, *branches = policy.noise_sizes()
     rows = []
     for moment in moments:
         if moment.rng is None:

@@ -16,16 +16,10 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from reference.game.codec import Sizes
 from reference.learning import ppo
 from reference.learning.experience import Decisions, Trajectory, decisions_of
-from reference.learning.networks import (
-    REFUSED,
-    Encoder,
-    Sizes,
-    layers,
-    linear,
-    value_head,
-)
+from reference.learning.networks import REFUSED, Encoder, layers, linear, value_head
 from reference.learning.ppo import Summary, value_loss
 from reference.learning.settings import ATTENTION_HEADS, TrainerSettings
 

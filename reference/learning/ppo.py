@@ -20,6 +20,7 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
+from reference.game.codec import Sizes
 from reference.learning.experience import (
     Decisions,
     Trajectory,
@@ -27,7 +28,7 @@ from reference.learning.experience import (
     minibatches,
     segments,
 )
-from reference.learning.networks import Actor, Body, Normaliser, Sizes, value_head
+from reference.learning.networks import Actor, Body, Normaliser, value_head
 from reference.learning.settings import TrainerSettings
 
 LEAST_RATE = 1e-10  # [E3, ppo/optimizer_torch.py] floors of the linear schedules
@@ -119,7 +120,7 @@ class Learner:
     """One side's trainer: networks, buffer, optimiser and steps so far."""
 
     make_critic: Any = Critic
-    buffers = Decisions  # whose `joined` is asked
+    buffers = Decisions  # the class that joins the parts of the buffer
 
     def __init__(self, settings: TrainerSettings, sizes: Sizes, seed: int):
         self.settings = settings

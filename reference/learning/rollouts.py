@@ -55,16 +55,11 @@ class Episode:
     facts: dict[str, float]
 
 
-def play(*jobs: Job, advance: Advance = until_next_decision) -> list[Episode]:
-    """Play the episodes of jobs in one lockstep; each is as if played alone [E6].
-
-    Only `advance` sees the simulations of all: a job's networks decide for its own.
-    """
-    games = [_begin_episodes(job) for job in jobs]
-    runs = [run for game in games for run in game]
+def play(job: Job, advance: Advance = until_next_decision) -> list[Episode]:
+    """Play a job's episodes in lockstep; each is as if played alone [E6]."""
+    runs = _begin_episodes(job)
     while running := [run for run in runs if not run.simulation.done]:
-        for game in games:
-            _decide([run for run in game if run in running])
+        _decide(running)
         advance([run.simulation for run in running])
         for run in running:
             run.end_step()
@@ -84,8 +79,6 @@ def _begin_episodes(job: Job) -> "list[_RunningEpisode]":
 
 def _decide(running: "Sequence[_RunningEpisode]") -> None:
     """Let the players of a job choose, all episodes by one call of each network."""
-    if not running:
-        return
     for side, player in running[0].players.items():
         asked = [run for run in running if run.acting(side).any()]
         if asked:
@@ -104,9 +97,13 @@ def _moments(runs: "Sequence[_RunningEpisode]", side: Side) -> list[Moment]:
 class _RunningEpisode:
     """One running episode: what its recorded sides see, do and are paid.
 
-    agents  strategies that do what players choose;  decisions  of the robots, so far
-    there   (R,) bool, robots that observe the next step;  seen  (R, V), what they did
-            last;  records  by side, with their rewards
+    agents     strategies of both sides; a player's does what `choose` says
+    paid       how many events rewards have been paid for
+    decisions  of the robots, so far
+    there      (R,) bool, robots that observe the next step
+    seen       (R, V), what each robot observed last
+    rngs       by side, for sampling; beside the simulation's own
+    records    by recorded side, its decisions and their rewards
     """
 
     def __init__(
@@ -122,11 +119,11 @@ class _RunningEpisode:
             "robots": run.robot_strategy,
             "fire": run.fire_strategy,
         }
-        self.told = 0  # events
+        self.paid = 0
         self.decisions = 0
         self.there = np.ones(len(run.world.robots), dtype=bool)
         self.seen = np.zeros((), dtype=np.float32)
-        self.rngs = {  # beside the simulation's own
+        self.rngs = {
             side: np.random.default_rng([seed, k]) for k, side in enumerate(SIDES, 1)
         }
         recorded = [side for side in players if side in job.record]
@@ -145,7 +142,8 @@ class _RunningEpisode:
         """
         acting = self.acting(side)
         if side == "robots":
-            vectors = self.seen = np.where(self.there[:, None], vectors, self.seen)
+            vectors = np.where(self.there[:, None], vectors, self.seen)
+            self.seen = vectors
             self.there = acting | (self.decisions == 0)  # all are there for a step
         return Moment(
             vectors=vectors,
@@ -165,8 +163,8 @@ class _RunningEpisode:
 
         Rewards before its first decision are not learned from.
         """
-        events = self.simulation.events[self.told :]
-        self.told += len(events)
+        events = self.simulation.events[self.paid :]
+        self.paid += len(events)
         earned = {"robots": group_reward(events), "fire": fire_reward(events)}
         for side, records in self.records.items():
             if records:

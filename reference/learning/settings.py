@@ -56,5 +56,5 @@ class TrainerSettings:
         return PolicyCodec(side, building, scenario)
 
     def network(self, kind: type[Network]) -> type[Network]:
-        """Which class of network is made where the paper has this one: the same."""
+        """Return the class to build where the paper has this one: here, the same."""
         return kind

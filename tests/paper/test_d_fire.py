@@ -31,9 +31,9 @@ from movies import (
 from reference import paper
 from reference.building import Kind, without_doors
 from reference.fire import (
-    Generator,
     NoFire,
     RandomFire,
+    SourceGenerator,
     Spread,
     burnable,
     cells_around_clearance,
@@ -97,7 +97,7 @@ OCCUPIED = [*"#A+E*,Rpq", "R2", "door", "protected", "outside"]
 
 def generated(sim, decision, rng):
     """What follows from a decision here and now."""
-    generator = Generator(sim.building, sim.scenario, rng)
+    generator = SourceGenerator(sim.building, sim.scenario, rng)
     return generator.generate(sim.world, decision)
 
 
@@ -385,7 +385,9 @@ def test_ash_is_never_lit_again():
     sim = stage("#.*...pE", still="p")
     wait(sim, paper.BURN_SECONDS + 1)
     place = (0, *sim.building.metres(1, 2))
-    refusing = Generator(sim.building, Scenario(training=True), np.random.default_rng())
+    refusing = SourceGenerator(
+        sim.building, Scenario(training=True), np.random.default_rng()
+    )
     assert isinstance(refusing.generate(sim.world, place), FireRefused)
     was = sim.world.flames.arrival.flat[sim.navigation.place(*place)]
     sim.spread.ignite(sim.world.flames, FireLit(sim.world.time, *place))
@@ -534,5 +536,6 @@ def test_nothing_ever_burns_where_all_cells_are_protected(fire):
     place = (0, *sim.building.metres(1, 2))
     for training in (True, False):
         scenario = Scenario(training=training)
-        refused = Generator(sim.building, scenario, rng).generate(sim.world, place)
+        generator = SourceGenerator(sim.building, scenario, rng)
+        refused = generator.generate(sim.world, place)
         assert isinstance(refused, FireRefused)

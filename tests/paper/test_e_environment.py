@@ -10,7 +10,7 @@ from movies import built, events_of, shipped, turns
 from reference.fire import RandomFire
 from reference.game import observations
 from reference.game.environment import FIRE, Environment, fire_decision
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
 from reference.workshop.anchors.frame import to_normalised
@@ -86,9 +86,9 @@ def test_a_side_that_a_strategy_plays_is_not_among_the_agents():
 
 def test_refuses_a_game_without_agents():
     """Both sides scripted: that is a simulation; nor, at once, what that refuses."""
-    with pytest.raises(ValueError, match="nobody acts"):
+    with pytest.raises(InputError, match="nobody acts"):
         game(robots="sweep", fire="random")
-    with pytest.raises(ValueError, match="people do not fit"):
+    with pytest.raises(InputError, match="people do not fit"):
         Environment(shipped("tiny"), Scenario(people=5000))
 
 

@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lives import SIZES, life, random, settings, tensor
 
+from reference.game.codec import Sizes
 from reference.learning.experience import Trajectory
-from reference.learning.networks import Sizes
 from reference.learning.poca import Learner, baseline_loss, lambda_returns
 from reference.learning.ppo import gae
 

@@ -44,8 +44,8 @@ A3 building
   - return ends[0] != OUTSIDE
   + return True
 A3 walking
-  - for p in nav.goals[m].tolist()):
-  + for p in nav.goals[m].tolist()[:1]):
+  - for p in nav.goals[mark].tolist():
+  + for p in nav.goals[mark].tolist()[:1]:
 A5 simulation
   - = since + count / (flow * way.width)
   + = now

@@ -1,6 +1,5 @@
 """The numbers: as printed where the appendix states them, else recomputed."""
 
-import json
 from math import inf, nan
 
 import pytest
@@ -172,6 +171,15 @@ def test_says_which_number_makes_no_sense_and_what_would():
         Scenario(people_per_floor=(3, -1))
 
 
+@pytest.mark.parametrize("room", ["1/hall", ""])
+def test_refuses_a_word_where_a_list_of_rooms_is_needed(room):
+    """Else each letter would be a room."""
+    told = f"^rooms is '{room}': give a list of ids, \\['{room}'\\]$"
+    with pytest.raises(InputError, match=told):
+        Scenario(rooms=room)
+    assert Scenario(rooms=[room]).rooms == (room,)
+
+
 def test_refuses_two_counts_of_people_that_differ():
     """The default of `people` was not asked for."""
     with pytest.raises(InputError, match="people is 7, people_per_floor comes to 5"):
@@ -185,16 +193,6 @@ def test_limits_of_a_scenario_follow_the_numbers(monkeypatch):
     monkeypatch.setattr(paper, "MOST_FRAMES_PER_TICK", 12)
     with pytest.raises(InputError, match=r"frames_per_tick is 20: .* from 1 to 12 "):
         Scenario(frames_per_tick=20)
-
-
-def test_numbers_are_by_name_as_they_are_now(monkeypatch):
-    """Points too; no tables, and nothing that is no number."""
-    monkeypatch.setattr(paper, "HEALTH", 50.0)
-    now = paper.numbers()
-    assert (now["HEALTH"], now["PEOPLE"]) == (50.0, 40)
-    assert now["WORST_POINT"] == paper.WORST_POINT
-    assert not {"TABLE_I", "TABLE_II"} & {*now}
-    assert json.loads(json.dumps(now)).keys() == now.keys()
 
 
 @pytest.mark.paper("F8")

@@ -61,7 +61,7 @@ def test_a_mixture_is_drawn_around_its_anchors_as_often_as_they_weigh():
     anchors = torch.tensor([[0.0, 0.0], [5.0, 0.0], [0.0, 9.0]]).expand(n, 3, 2)
     logits = torch.tensor([0.0, 1.0, REFUSED]).expand(n, 3)
     policy = Mixture(anchors, 0.2, logits)
-    normals, gumbels = policy.noise()
+    normals, gumbels = policy.noise_sizes()
     noise = [rng.standard_normal((n, normals)), rng.gumbel(size=(n, gumbels))]
     drawn = policy.act(torch.from_numpy(np.hstack(noise)).float())
     second = drawn[:, 0] > 2.5

@@ -72,12 +72,12 @@ def test_networks_that_are_fixed_or_begun_with_are_in_the_file_too(
 def test_a_training_does_not_go_on_in_the_checkpoint_that_it_resumed(tmp_path):
     """Another one can go on from there too; an optimiser's moments are its own."""
     training = begun()
-    training.learn(play(*training.jobs()))
+    training.learn([e for job in training.jobs() for e in play(job)])
     save_checkpoint(training.checkpoint(), tmp_path / "own.pt")
     read = load_checkpoint(tmp_path / "own.pt")
     before = deepcopy(read.learners)
     resumed = Training.resumed(read)
-    resumed.learn(play(*resumed.jobs()))
+    resumed.learn([e for job in resumed.jobs() for e in play(job)])
     assert not equal(resumed.checkpoint().learners, before)
     assert equal(read.learners, before)
 
@@ -194,7 +194,7 @@ def test_refuses_networks_of_another_shape(checkpoint):
 def test_refuses_to_go_on_with_moments_of_another_shape(checkpoint):
     """An optimiser takes them as they are; they would be added to every weight."""
     training = begun(seed=3)
-    training.learn(play(*training.jobs()))
+    training.learn([e for job in training.jobs() for e in play(job)])
     odd = deepcopy(training.checkpoint())
     moments = odd.learners["robots"]["optimiser"]["state"][0]
     moments["exp_avg"] = moments["exp_avg"].reshape(-1)[:1]

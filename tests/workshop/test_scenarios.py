@@ -14,6 +14,7 @@ from reference.__main__ import _arguments, main
 from reference.paper import Scenario
 from reference.workshop.comparing import begin_evaluation
 from reference.workshop.comparing.matches import notes
+from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.scenarios import KEYS, in_words, list_keys, read_stated
 from reference.workshop.training import starting
 from reference.workshop.training.checkpoints import load_checkpoint, save_checkpoint
@@ -215,11 +216,21 @@ def test_an_evaluation_keeps_its_scenario(capsys):
 # -- Numbers ------------------------------------------------------------------------
 
 
+def test_numbers_are_by_name_as_they_are_now(monkeypatch):
+    """Points too; no tables, and nothing that is no number."""
+    monkeypatch.setattr(paper, "HEALTH", 50.0)
+    now = paper_numbers()
+    assert (now["HEALTH"], now["PEOPLE"]) == (50.0, 40)
+    assert now["WORST_POINT"] == paper.WORST_POINT
+    assert not {"TABLE_I", "TABLE_II"} & {*now}
+    assert json.loads(json.dumps(now)).keys() == now.keys()
+
+
 def test_an_evaluation_goes_on_with_the_numbers_it_began_with(capsys, monkeypatch):
     """Others are told by name, with both values; one that is only new is none."""
     assert main([*EVALUATE]) == 0
     kept = json.loads(Path("eval/evaluation.json").read_text())["numbers"]
-    assert kept == json.loads(json.dumps(paper.numbers()))
+    assert kept == json.loads(json.dumps(paper_numbers()))
     edit("eval/evaluation.json", lambda content: content["numbers"].pop("HEALTH"))
     assert main([*AGAIN, "--fire", "none"]) == 0
     capsys.readouterr()
@@ -263,7 +274,7 @@ def test_refuses_numbers_that_are_no_names_and_values(capsys):
 def test_a_training_goes_on_with_the_numbers_it_began_with(run, capsys, monkeypatch):
     """A checkpoint keeps them; resuming with others is refused."""
     folder = str(Path(run).parent)
-    assert load_checkpoint(run).numbers == paper.numbers()
+    assert load_checkpoint(run).numbers == paper_numbers()
     monkeypatch.setattr(paper, "ROBOT_SPEED", 0.5)
     again = ("train", "--resume", "--workers", "0", "--out", folder)
     status, message = refusal(capsys, *again)

@@ -119,7 +119,9 @@ def update(name: str, side: str) -> float:
     settings = learner.settings
     with one_thread():
         jobs = training.jobs()
-        lives = lives_of(play(*jobs, advance=engine_of_this_checkout().together), side)
+        advance = engine_of_this_checkout().together
+        played = [e for job in jobs for e in play(job, advance=advance)]
+        lives = lives_of(played, side)
         steps = sum(life.steps for life in lives)
         often = -(-MINIBATCHES * settings.batch_size // steps)
         for _ in range(2):  # the first time warms up

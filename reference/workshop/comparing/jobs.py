@@ -20,12 +20,12 @@ from typing import Any
 from tqdm import tqdm
 
 import reference
-from reference import paper
 from reference.workshop.comparing.design import Experiment
 from reference.workshop.comparing.matches import Evaluation, with_digests
 from reference.workshop.comparing.runs import RunResult, play_evaluation
 from reference.workshop.engine import make_ready
 from reference.workshop.storage.files import make_folder, read_json, write_json
+from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.runs import (
     LOCK_FILE,
     locked,
@@ -140,7 +140,7 @@ def train_in(job: tuple[Task, str]) -> str:
             end = robots.settings.max_steps
             run_training(training, folder, InProcess(), lambda: robots.steps >= end)
         # last: it says that all is there
-        facts = training.facts() | {"numbers": paper.numbers()}
+        facts = training.facts() | {"numbers": paper_numbers()}
         write_json(folder / DONE_FILE, facts)
     except Exception as error:
         return f"{type(error).__name__}: {error}"

@@ -31,6 +31,7 @@ from reference.workshop.comparing.named import (
 )
 from reference.workshop.maps import drawing_now, load, plan_of, same_cells
 from reference.workshop.storage.files import errors_naming, read_json, write_json
+from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.records import checked_value, record_from
 from reference.workshop.storage.runs import (
     ContradictionError,
@@ -418,5 +419,5 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
     Beside it stand version, game and the paper's numbers.
     """
     head = {"version": reference.__version__, "game": reference.GAME}
-    head["numbers"] = paper.numbers()
+    head["numbers"] = paper_numbers()
     write_json(folder / EVALUATION_FILE, head | asdict(evaluation))

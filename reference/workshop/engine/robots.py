@@ -87,7 +87,7 @@ def plan(N, T, S, clock, robot, way):
         robot.end += 1
 
 
-@mirrors("robots.speed_while_leading 0dfe2f", "robots.followers_of 7ebcdd")
+@mirrors("robots.speed_while_leading e73d24", "robots.followers_of 7ebcdd")
 def speed_while_leading(N, cells, bodies, robot):
     """The speed (m/s) at which followers keep up [C7, chosen]."""
     if robot.at == robot.end:

@@ -127,7 +127,7 @@ def burns_towards(N, observe, place):
 
 
 @mirrors(
-    "view.View.passable 8ba12b",
+    "view.View.passable c5d7c7",
     "rays.Sight.line 05e29a",
     "rays.Sight._stops ef0f08",
     "rays.Sight._metres e5df4a",
@@ -139,7 +139,7 @@ def passable(N, observe, hit):
     return not burns_on_way(N, observe, observe.hits[hit].end, False)
 
 
-@mirrors("view.View.safe 061467")
+@mirrors("view.View.safe 7d9a46")
 def safe(N, observe, hit):
     """Is there no flame in sight on or beside the straight way to a landmark?"""
     if not observe.now[0].alight:

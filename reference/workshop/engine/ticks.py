@@ -217,7 +217,7 @@ def people_move(N, T, S, rng):
     return True
 
 
-@mirrors("simulation.Simulation.fill_doors 08e3cc")
+@mirrors("simulation.Simulation.fill_doors 48ef6c")
 def fill_doors(N, T, S, clock):
     """Close the doors, entrances and exits just entered until they have room [A5]."""
     for k in range(clock.touched):
@@ -232,8 +232,9 @@ def fill_doors(N, T, S, clock):
             continue
         way = T.marks[mark]
         flow = N.STAIRS_FLOW if way.kind == ENTRANCE else N.DOOR_FLOW
-        filled = S.full_until[mark]
-        since = filled if filled > clock.time - N.tick + 1e-9 else clock.time
+        since = S.full_until[mark]
+        if since <= clock.time - N.tick + 1e-9:  # free for a tick or longer
+            since = clock.time
         S.full_until[mark] = since + count / (flow * way.width)
 
 

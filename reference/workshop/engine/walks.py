@@ -513,7 +513,7 @@ def descend(N, T, clock, S, i):
     return np.int64(-1)
 
 
-@mirrors("walking._step_out 696bf8", "building.lengths 2a16a2")
+@mirrors("walking._step_out e3c5eb", "building.lengths 2a16a2")
 def step_out(N, T, clock, S, i, well):
     """Step out into an entrance cell that nobody stands in, if there is one."""
     body = S.bodies[i]

@@ -34,6 +34,7 @@ from reference.workshop.measuring.halls import (
     peak_density,
     put_people,
 )
+from reference.workshop.storage.numbers import paper_numbers
 
 CASE_TEXTS = tomllib.loads(
     Path(__file__).with_name("validation.toml").read_text("utf-8")
@@ -116,7 +117,7 @@ def weidmann(density: float) -> float:
 
 def speed_in_ring(density: float, seed: int) -> float:
     """Mean speed, m/s, in 20 m x 4 m whose ends are joined, from 10 s to 30 s."""
-    return _speed_in_ring(density, seed, tuple(paper.numbers().values()))
+    return _speed_in_ring(density, seed, tuple(paper_numbers().values()))
 
 
 @cache  # the picture asks again what the table has asked

@@ -14,9 +14,9 @@ from typing import Any, TypeVar
 from filelock import FileLock, Timeout
 
 import reference
-from reference import paper
 from reference.paper import InputError
 from reference.workshop.storage.files import errors_naming, make_folder
+from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.records import checked_mapping
 
 
@@ -97,7 +97,7 @@ def other_numbers(begun: Mapping[str, Any]) -> str:
 
     begun: by name. A number that is only in one of the two is no difference.
     """
-    now = paper.numbers()
+    now = paper_numbers()
     words = []
     for name, number in begun.items():
         was = tuple(number) if isinstance(number, list) else number

@@ -33,6 +33,7 @@ from tqdm import tqdm
 import reference
 from reference import paper
 from reference.paper import InputError
+from reference.workshop.storage.numbers import paper_numbers
 
 STOPS = [signal.SIGINT, signal.SIGTERM]  # end a command
 STOPS += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []  # the terminal is gone
@@ -140,7 +141,7 @@ def map_as_done(
     """
     waiting: dict[Future[Result], int] = {}
     for number, job in enumerate(jobs):
-        future = executor.submit(_under_numbers, paper.numbers(), work, job)
+        future = executor.submit(_under_numbers, paper_numbers(), work, job)
         waiting[future] = number
         if future.done():  # in this process
             yield waiting.pop(future), future.result()

@@ -21,6 +21,7 @@ from reference.building import Building, Kind, Landmark, lengths
 from reference.fire import burnable
 from reference.navigation import Navigation, navigation_of
 from reference.robots import Destination, actual_target, said_on_the_way
+from reference.workshop.storage.numbers import paper_numbers
 from reference.world import NOBODY
 
 FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
@@ -34,7 +35,7 @@ def kept(most: int) -> Callable[[Function], Function]:
     Whoever changes a number of `paper` at run time is heard: it is another question.
     """
 
-    numbers_in = itemgetter(*paper.numbers())
+    numbers_in = itemgetter(*paper_numbers())
 
     def keep(function: Function) -> Function:
         @lru_cache(maxsize=most)

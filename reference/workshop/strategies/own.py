@@ -43,6 +43,7 @@ from reference import paper
 from reference.building import Building
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
+from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.runs import digests_of_code
 from reference.workshop.storage.workers import is_being_stopped
 from reference.workshop.strategies.trained import Trained
@@ -252,7 +253,7 @@ def _import_anew(word: str) -> ModuleType:
     The first time, it may change the paper's numbers; whoever plays has them already.
     """
     name = word.partition(":")[0]
-    before = paper.numbers()
+    before = paper_numbers()
     again = name in sys.modules or parent_process() is not None
     if name in sys.modules and name.split(".")[0] != reference.__name__:
         file = _file_of(word)

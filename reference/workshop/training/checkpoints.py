@@ -20,7 +20,6 @@ import torch
 from torch import Tensor
 
 import reference
-from reference import paper
 from reference.learning.experience import Decisions
 from reference.learning.players import LearnedNetwork
 from reference.learning.ppo import Learner
@@ -29,6 +28,7 @@ from reference.paper import InputError
 from reference.workshop.anchors.settings import SideSettings
 from reference.workshop.maps import parse_map
 from reference.workshop.storage.files import refuse_no_file, write_whole
+from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.records import check_type, checked_mapping, record_from
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.families import Family
@@ -97,7 +97,7 @@ class Checkpoint:
     learners: dict[Side, dict[str, Any]]
     progress: dict[str, Any]
     version: str = reference.__version__
-    numbers: Mapping[str, Any] = field(default_factory=paper.numbers)
+    numbers: Mapping[str, Any] = field(default_factory=paper_numbers)
 
     def player(self, side: Side) -> LearnedNetwork | str:
         """The policy of a side: its network as learned so far, or the first fixed."""

@@ -79,7 +79,7 @@ def _episodes(task: Task, robots: str) -> list[Episode]:
             record=(),
         )
         jobs.append(job)
-    return play(*jobs, advance=together)
+    return [e for job in jobs for e in play(job, advance=together)]
 
 
 def _played(task: Task) -> tuple[Any, ...]:

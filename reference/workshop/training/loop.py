@@ -89,7 +89,7 @@ def run_training(
 def _play(jobs: Sequence[Job]) -> list[Episode]:
     """Play a worker's share, with sums in the same order in a worker as here."""
     with one_thread():
-        return play(*jobs, advance=together)
+        return [e for job in jobs for e in play(job, advance=together)]
 
 
 class _Costs:
