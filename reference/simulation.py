@@ -23,7 +23,7 @@ from reference.beginning import generators, starting_world
 from reference.building import Building, Kind
 from reference.fire import FireStrategy, NoFire, SourceGenerator, Spread, cells_beside
 from reference.navigation import navigation_of
-from reference.paper import Scenario, refuse_words
+from reference.paper import InputError, Scenario, refuse_words
 from reference.rays import sight_of
 from reference.rewards import group_reward
 from reference.robots import Destinations, NoRobots, RobotAlgorithm, RobotStrategy
@@ -86,7 +86,7 @@ class Simulation:
         """
         refuse_words(building, robots, fire)
         self.building = building
-        self.scenario = scenario or Scenario()
+        self.scenario = Scenario() if scenario is None else scenario
         self.navigation = navigation_of(building)
         self.sight = sight_of(building, self.scenario.sight_range)
         self._marks = building.landmark.ravel()
@@ -186,7 +186,8 @@ class Simulation:
         """Ask the robots' strategy at each decision, the fire's at every k-th.
 
         Both see the same world. Robots whose work is done are not asked [C8]. Returns
-        a destination per robot; None keeps the old.
+        a destination per robot; None keeps the old. Raises InputError for a place that
+        is not finite.
         """
         robots = self.world.robots
         decided: Destinations = [None] * len(robots)
@@ -196,6 +197,8 @@ class Simulation:
             rng = self.rng["robots"]
             answers = self.robot_strategy.decide(self.world, team, rng)
             for k, answer in zip(active, answers, strict=True):
+                if answer is not None and not np.isfinite(answer).all():
+                    raise InputError(f"a robot is sent to {answer}, which is no place")
                 decided[k] = answer
         if self.fire_turn:
             self._fire_decides()

@@ -62,6 +62,18 @@ def test_refuses_names_and_classes_where_objects_are_needed(given, told):
         Simulation(**{"building": shipped("tiny")} | given)
 
 
+@pytest.mark.parametrize("x", [float("nan"), float("inf")])
+def test_refuses_to_send_a_robot_nowhere(x):
+    """A run that went on would end with figures that mean nothing."""
+
+    class Nowhere:
+        def decide(self, world, robots, rng):
+            return [(x, 1.0) for _ in robots]
+
+    with pytest.raises(InputError, match=r"a robot is sent to .*, which is no place"):
+        Simulation(shipped("tiny"), robots=Nowhere()).step()
+
+
 # -- Invariants ---------------------------------------------------------------------
 
 

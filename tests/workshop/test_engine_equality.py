@@ -176,6 +176,21 @@ def test_a_world_may_be_handed_in() -> None:
     assert same_after(*runs, 100) == ""
 
 
+@pytest.mark.filterwarnings("ignore:overflow")
+@pytest.mark.parametrize("x", [1e9, 1e300])
+def test_robots_may_be_sent_farther_than_squares_can_tell(x: float) -> None:
+    """They walk to the nearest place, or to the first where all are equally far."""
+
+    class FarAway:
+        def decide(self, world: Any, robots: Any, rng: Any) -> Any:
+            return [(x, -x) for _ in robots]
+
+    book, other = both(people=4)
+    for run in (book, other):
+        run.robot_strategy = FarAway()
+    assert same_after(book, other, 60) == ""
+
+
 # -- Whoever changes the world ------------------------------------------------------
 
 
