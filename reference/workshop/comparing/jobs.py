@@ -38,7 +38,7 @@ from reference.workshop.storage.workers import (
     map_as_done,
     one_thread,
 )
-from reference.workshop.strategies import SHIPPED
+from reference.workshop.strategies import ANYWHERE, SHIPPED
 from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import (
     Task,
@@ -78,7 +78,7 @@ def arm_of(training: str) -> str:
 
 def _digest(*plain: Any) -> str:
     """Digest plain data, with the version and the policies that ship."""
-    shipped = sha256(SHIPPED.read_bytes()).hexdigest()
+    shipped = sha256(SHIPPED.read_bytes() + ANYWHERE.read_bytes()).hexdigest()
     parts = [reference.__version__, reference.GAME, shipped, plain]
     return sha256(json.dumps(parts).encode()).hexdigest()[:8]
 
