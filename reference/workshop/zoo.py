@@ -254,7 +254,8 @@ class FlatEnvironment(ZooEnvironment):
         """What `ZooEnvironment` takes."""
         super().__init__(*args, **chosen)
         self.unit = paper.HEALTH * max(len(self.environment.simulation.world.bodies), 1)
-        self._observed = self.state_space = spaces.Box(-1, 1, (self.layout.size,))
+        self.state_space = spaces.Box(-1, 1, (self.layout.size,))
+        self._observed = self.state_space
 
     def step(self, actions: Mapping[str, Any]) -> StepResult:
         """Take one decision of all agents; see `Environment.step`."""

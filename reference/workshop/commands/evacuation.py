@@ -140,7 +140,9 @@ def evacuate(arguments: Namespace) -> None:
     folder = arguments.record
     for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
         played.append(_play_episode(evaluation, pairs, seed, film, folder, crowding))
-        film = folder = None  # of the first one only
+        # of the first one only
+        film = None
+        folder = None
 
     told = [_report(evaluation, runs) for runs in zip(*played, strict=True)]
     report = {"pairs": told} if len(told) > 1 else told[0]

@@ -48,7 +48,8 @@ from reference.workshop.training.checkpoints import (
 from reference.workshop.training.loop import run_training
 from reference.workshop.training.rounds import Training
 
-LOG_FILE, DONE_FILE = "log.txt", "training.json"
+LOG_FILE = "log.txt"
+DONE_FILE = "training.json"
 
 
 def training_folders(experiment: Experiment, folder: Path) -> dict[str, Path]:

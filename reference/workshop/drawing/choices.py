@@ -31,12 +31,14 @@ MOMENT = 10.0  # s, when people have begun to walk and robots are under way
 EXAMPLE_SEED = 0
 _PALE = 0.45  # of the floors
 
-KEEPING, STAYING = "keep: where the robot is headed", "stay: where it stands"
+KEEPING = "keep: where the robot is headed"
+STAYING = "stay: where it stands"
 WAY_OUT = "means this way out [C6]"
 FOOT_OF_STAIRS = "foot of stairs, where people come out"
-GUARDED, LOST = "where to guard a way from fire", "a person whom nobody leads"
-A_ROBOT, PERSON = "robot", "another person, no anchor"
-
+GUARDED = "where to guard a way from fire"
+LOST = "a person whom nobody leads"
+A_ROBOT = "robot"
+PERSON = "another person, no anchor"
 
 ANCHOR_LOOKS: dict[str, Style] = {
     A_ROBOT: marker("D", 7, "white", INK, 1.8) | {"zorder": 6},

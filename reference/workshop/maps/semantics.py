@@ -228,10 +228,10 @@ def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:
 
 def _merged(signs: np.ndarray, one: str, other: str) -> tuple[str, str]:
     """Of two stairwells side by side, the letter that goes and the one that stays."""
-    for letter in sorted((one, other), reverse=True):
-        if "+" not in signs[ndimage.binary_dilation(signs == letter)]:
-            return letter, other if letter == one else one
     first, second = sorted((one, other))
+    for goes, stays in ((second, first), (first, second)):
+        if "+" not in signs[ndimage.binary_dilation(signs == goes)]:
+            return goes, stays
     return second, first
 
 
@@ -257,12 +257,12 @@ def _joined(
             between[:, 1 - axis] = np.arange(low, high)
             if (signs[*between.T] == "#").all():
                 return letter, between - 1
-    free = [other for other in STAIRWELLS if not (signs == other).any()]
-    parts = [first, other]
-    entered = ["+" in signs[ndimage.binary_dilation(_mask(signs, p))] for p in parts]
-    if all(entered) and free:
+    free = [sign for sign in STAIRWELLS if not (signs == sign).any()]
+    first_entered = "+" in signs[ndimage.binary_dilation(_mask(signs, first))]
+    other_entered = "+" in signs[ndimage.binary_dilation(_mask(signs, other))]
+    if first_entered and other_entered and free:
         return free[0], other - 1
-    return "#", parts[entered.index(False) if False in entered else 1] - 1
+    return "#", (other if first_entered else first) - 1
 
 
 def _mask(signs: np.ndarray, cells: np.ndarray) -> np.ndarray:

@@ -277,20 +277,20 @@ def _others(board: Board) -> None:
     words = _in_words(board)
     within = _in_word(board)
     for sign in _signs_in(board, besides=_MEANT):
-        here = board.plain == sign
-        if sign in "ABCD" or (sign in _OF_NAMES):
-            if sign in _OF_NAMES and _is_everywhere(board, sign):
+        if sign in _OF_NAMES:
+            if _is_everywhere(board, sign):
                 _type(board, sign, ".")
             continue
+        if sign in "ABCD" or has_no_width(sign):
+            continue
+        here = board.plain == sign
         if sign.isupper():
             here &= ~words
             if free and here.any() and _is_shaft(board, here):
                 board.plain[here] = free.pop(0)
                 continue
-        if has_no_width(sign) or sign in "_":
+        if sign == "_":
             here &= ~within
-        if has_no_width(sign):
-            continue
         board.plain[here] = "."
         board.plain[here & rim] = "#"
 

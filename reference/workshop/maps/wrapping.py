@@ -22,9 +22,8 @@ from reference.floorplan import HEADING_PATTERNS
 LONGEST_ROW = 2_000  # signs, separators and marks; where one is longer, no row is read
 LINES_READ = 300  # the first, by which the wrapping of all is judged
 FEWEST_ROWS = 3  # fewer tell nothing
-NEARLY_ALL = (
-    0.7  # of the lines that may be rows; others may be prose, or spoilt besides
-)
+# of the lines that may be rows; others may be prose, or spoilt besides
+NEARLY_ALL = 0.7
 
 Lines = Sequence[str]
 TakeOff = Callable[[str], str | None]

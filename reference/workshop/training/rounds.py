@@ -94,7 +94,8 @@ class Training:
             _refuse_family(task, task.family)
         self.learners = {s: _learner(task, s) for s in SIDES if s not in task.fixed}
         self.summaries = {side: RunningMeans(0, {}, {}) for side in self.learners}
-        self.round = self.episodes = 0
+        self.round = 0
+        self.episodes = 0
         self.imitated = task.imitate is None
         self.shown: list[list[Trajectory]] = []
         self.latest: dict[str, float] = {}
