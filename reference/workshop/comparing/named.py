@@ -62,7 +62,7 @@ def describe(word: str, side: Side) -> str:
 
 
 def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
-    """Make the strategy that one of NAMES names [C7] [D2].
+    """Make the strategy that one of PLAYER_NAMES names [C7] [D2].
 
     FILE is the policy that was learned for this side; sample: draw its actions instead
     of taking the likeliest.
@@ -82,7 +82,7 @@ def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
 
 
 def meaning_of(word: str, building: Building, scenario: Scenario) -> dict[str, str]:
-    """Digest the files that a word of NAMES means there, by their names.
+    """Digest the files that a word of PLAYER_NAMES means there, by their names.
 
     None for a script. A network's bytes; of code, the module and all that it imports
     from its folder. Raises InputError for code that is not there, OSError for a file

@@ -69,8 +69,9 @@ class Line:
         more: int = 0,
         **facts: Any,
     ) -> Mistake:
-        """Make a mistake in this line; kind: a key of WORDS, facts: what it needs.
+        """Make a mistake in this line.
 
+        kind: a key of MISTAKE_TEXTS;  facts: what its words need
         edits: what its hint says first;  more: further places that it stands for
         """
         what, hint = (words.format(**facts) for words in MISTAKE_TEXTS[kind])

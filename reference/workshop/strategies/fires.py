@@ -119,8 +119,9 @@ class BusiestFire:
 
 
 def busiest(world: World, count: int) -> list[Decision]:
-    """List at most `count` free cells that most people will cross, none within APART.
+    """List free cells that most people will cross, none within APART_METRES.
 
+    count: how many at most
     Everybody takes the cheapest way outside. Among equals, those nearest to the way out
     come first.
     """
