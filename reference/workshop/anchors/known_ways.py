@@ -13,7 +13,7 @@ from reference.workshop.anchors.reckoning import FARTHEST
 from reference.workshop.strategies.guides import SOON
 from reference.workshop.strategies.observed import (
     keeps_destination,
-    kept,
+    kept_under_numbers,
     lightable,
     nearest_places,
     stairs_that_end,
@@ -123,7 +123,7 @@ class KnownWays:
         return [way for way in ways if nearest_places(building, [way], among)]
 
 
-@kept(8)
+@kept_under_numbers(8)
 def known_ways_of(building: Building) -> KnownWays:
     """What robots know of a building's ways out, computed once."""
     return KnownWays(building)

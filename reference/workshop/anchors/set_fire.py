@@ -38,7 +38,7 @@ from reference.workshop.strategies.guides import GROUP_RADIUS
 from reference.workshop.strategies.observed import (
     FAR,
     guess_guides,
-    kept,
+    kept_under_numbers,
     known_map_of,
     lightable,
     metres_between,
@@ -111,7 +111,7 @@ class KnownMarks:
             row[PASS] = min(self.share[goals].sum(), 1)
 
 
-@kept(8)
+@kept_under_numbers(8)
 def known_marks_of(building: Building) -> KnownMarks:
     """What the fire knows of a building's ways, computed once."""
     return KnownMarks(building)

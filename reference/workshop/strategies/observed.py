@@ -28,7 +28,7 @@ FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def kept(most: int) -> Callable[[Function], Function]:
+def kept_under_numbers(most: int) -> Callable[[Function], Function]:
     """Keep up to so many answers of a function, each under the numbers it came from.
 
     Whoever changes a number of `paper` at run time is heard: it is another question.
@@ -100,7 +100,7 @@ class KnownMap:
         return self.free[floor, row, col]
 
 
-@kept(8)
+@kept_under_numbers(8)
 def known_map_of(building: Building) -> KnownMap:
     """What robots know of a building, computed once."""
     return KnownMap(building)
@@ -206,7 +206,7 @@ def guard_points(building: Building, floor: int) -> list[Any]:
     return [centres[p] for p in nearest_places(building, ways, can_guard)]
 
 
-@kept(8)
+@kept_under_numbers(8)
 def keeps_destination(building: Building) -> np.ndarray:
     """(places,) bool: far from stairwells; there Eq. 1 keeps a destination [C6]."""
     nav = navigation_of(building)
@@ -235,7 +235,7 @@ def nearest_places(
     return [int(d.argmin()) for d in metres if np.isfinite(d).any()]
 
 
-@kept(64)
+@kept_under_numbers(64)
 def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside.
 
@@ -250,7 +250,7 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     return x, y
 
 
-@kept(64)
+@kept_under_numbers(64)
 def at_way_out(building: Building, way: Landmark) -> Destination:
     """Find a point that means this way out and no other beside it [C6] [C7].
 
