@@ -25,7 +25,7 @@ from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import FLAME, INK, STEPS, marker
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.workshop.strategies.guides import Escort
-from reference.workshop.strategies.observed import way_marks
+from reference.workshop.strategies.observed import way_marks, ways_out_of
 
 MOMENT = 10.0  # s, when people have begun to walk and robots are under way
 EXAMPLE_SEED = 0
@@ -125,16 +125,10 @@ def ways_on_floor(building: Building, floor: int, spots: Iterable[Any]) -> np.nd
 
     That is a stairwell's middle or an exit. spots: as in `observed.way_marks`
     """
-    down = [well for well in building.stairwells if well.leads_down(floor)]
-    exits = [
-        mark
-        for mark in building.landmarks
-        if mark.kind is Kind.EXIT and mark.floor == floor
-    ]
-    leads = [*(well.centre for well in down), *(mark.position for mark in exits)]
+    ways = ways_out_of(building, floor)
     drawn = [
-        spot if _is_walkable(building, floor, *spot) else way
-        for spot, way in zip(spots, leads, strict=True)
+        spot if _is_walkable(building, floor, *spot) else way.middle
+        for spot, way in zip(spots, ways, strict=True)
     ]
     return np.array(drawn).reshape(-1, 2)
 
