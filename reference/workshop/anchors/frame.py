@@ -67,6 +67,13 @@ def in_body(building: Building, metres: np.ndarray) -> np.ndarray:
     return metres.clip(low, high)
 
 
+def fire_decisions(building: Building, raw: np.ndarray) -> np.ndarray:
+    """Read floor and metres (..., 3) from a network's storey, x and y (..., 3) [D2]."""
+    floor = raw[..., :1].round().clip(0, building.floors - 1)
+    metres = in_body(building, UNIT * raw[..., 1:].astype(np.float64))
+    return np.concatenate([floor, metres], axis=-1)
+
+
 def robot_destinations(*worlds: World) -> np.ndarray:
     """Find where robots under way go to: (robots, 2) float32 normalised, else nan.
 

@@ -21,7 +21,7 @@ from reference.fire import cells_around_clearance, cells_beside
 from reference.game.codec import Moment, PolicyCodec
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.workshop.anchors.frame import UNIT, in_body, nearness
+from reference.workshop.anchors.frame import UNIT, fire_decisions, nearness
 from reference.workshop.anchors.known_ways import known_ways_of
 from reference.workshop.anchors.shapes import (
     AWAY,
@@ -421,6 +421,4 @@ class SetsOfFire(PolicyCodec):
         """
         if not known_marks_of(self.building).fuel.any():
             return np.full(raw.shape, np.nan)
-        floor = raw[..., :1].round().clip(0, self.building.floors - 1)
-        metres = in_body(self.building, UNIT * raw[..., 1:].astype(np.float64))
-        return np.concatenate([floor, metres], axis=-1)
+        return fire_decisions(self.building, raw)

@@ -138,8 +138,7 @@ WIDEST_EXIT = 6  # metres of a hole that may have been meant as one
 def _fits_exit(signs: np.ndarray, cells: np.ndarray) -> bool:
     """Whether a hole is a piece of the wall between a room and the outside."""
     straight = len({*cells[:, 0].tolist()}) == 1 or len({*cells[:, 1].tolist()}) == 1
-    here = np.zeros(signs.shape, bool)
-    here[*cells.T] = True
+    here = _mask(signs, cells)
     beside = ndimage.binary_dilation(here) & ~here
     room = bool(is_room(signs)[beside].any())
     return straight and len(cells) <= WIDEST_EXIT and room
@@ -169,7 +168,7 @@ _WALLS_FIRST = [("door-outside", "#"), ("exit-indoors", "#")]
 
 def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
     """Name the mistake in a gate; "" if there is none."""
-    kinds = [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
+    kinds = _kinds_beside(building, gate)
     if gate.kind is Kind.EXIT:
         if not leads_outside:
             return "exit-indoors"
@@ -181,12 +180,17 @@ def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
 
 def _instead(building: Building, gate: Landmark, wrong: str) -> str:
     """What to type for a gate that is wrong: another gate, if it is one, or a wall."""
-    kinds = [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
+    kinds = _kinds_beside(building, gate)
     if wrong == "exit-indoors" and "room" in kinds and len(kinds) == 2:
         return "+"
     if wrong == "door-outside" and kinds == ["room"] and gate.floor == 0:
         return "E"
     return "#"
+
+
+def _kinds_beside(building: Building, gate: Landmark) -> list[str]:
+    """List the kinds of areas at the sides of a gate, but for the outside."""
+    return [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
 
 
 def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:

@@ -39,9 +39,14 @@ def ascii_of(char: str) -> str:
     return plain if " " <= plain <= "~" else ""
 
 
+def is_drawn_on(char: str) -> bool:
+    """Whether a character is drawn on the one before it: an accent, a joiner."""
+    return unicodedata.category(char) in ("Mn", "Me", "Cf")
+
+
 def has_no_width(char: str) -> bool:
-    """Whether a character is drawn on the one before it: accents, joiners."""
-    return unicodedata.category(char) in ("Mn", "Me", "Cf", "Cc")
+    """Whether a character takes no cell: drawn on another one, or a control sign."""
+    return is_drawn_on(char) or unicodedata.category(char) == "Cc"
 
 
 @dataclass

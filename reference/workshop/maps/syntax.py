@@ -414,6 +414,8 @@ def _name_for(word: str) -> str:
 
 # -- Headings and settings ----------------------------------------------------------
 
+_SIZE = "size: {columns} x {rows}"
+
 
 def _headings(page: Page) -> Iterator[Mistake]:
     """Find headings that nobody can read."""
@@ -442,7 +444,7 @@ def _heading(page: Page, floor: Floor, follows: int, *, draws: bool) -> Mistake:
     facts = {"floor": follows, "above": follows + 1, **page.drawn}
     new = {
         "heading-building": f"building: {words or 'NAME'}",
-        "heading-size": "size: {columns} x {rows}".format(**page.drawn),
+        "heading-size": _SIZE.format(**page.drawn),
         "heading-floor": f"floor {follows}: {words}".rstrip(),
     }.get(kind, f"; {line.written}")
     if kind == "heading" and draws:
@@ -458,7 +460,7 @@ def _head(page: Page) -> Iterator[Mistake]:
     if not page.settings["building"]:
         missing.append("building: NAME")
     if not page.settings["size"]:
-        missing.append("size: {columns} x {rows}".format(**page.drawn))
+        missing.append(_SIZE.format(**page.drawn))
     if first.headless:
         missing.append("floor 1:")
     if missing:
@@ -468,9 +470,6 @@ def _head(page: Page) -> Iterator[Mistake]:
         yield first.heading.mistake("no-head", told=told, write=write, edits=[top])
     for line in page.prose:
         yield line.mistake("prose", edits=[line.typed("; ", 0, 0)])
-
-
-_SIZE = "size: {columns} x {rows}"
 
 
 def _meant(line: Line) -> str:

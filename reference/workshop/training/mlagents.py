@@ -38,6 +38,7 @@ from reference.workshop.storage.settings import (
     Section,
     checked_section,
     read_yaml_file,
+    settings_errors_naming,
     twice,
 )
 from reference.workshop.training.presets import Settings, with_rows
@@ -137,7 +138,7 @@ def read_yaml(path: Path, base: Settings) -> Settings:
     unreadable file.
     """
     read = read_yaml_file(path)
-    try:
+    with settings_errors_naming(path):
         top = _checked_top(read)
         notes = list(_options_in(top))
         behaviours = checked_section(top.get("behaviors"), "behaviors")
@@ -148,8 +149,6 @@ def read_yaml(path: Path, base: Settings) -> Settings:
         for side in BEHAVIOUR_NAMES:
             rows[side] = _rows_of_side(side, names, of_each, defaults, ours)
             rows.pop(BEHAVIOUR_NAMES[side], None)
-    except SettingsError as error:
-        raise SettingsError(f"{path}: {error}") from None
     made = with_rows(base, rows, str(path))
     notes += [f"'{name:.60}' is taken for {side}" for side, name in names.items()]
     for note in notes:
