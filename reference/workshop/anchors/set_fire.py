@@ -120,12 +120,23 @@ def known_marks_of(building: Building) -> KnownMarks:
 class FireView:
     """What the fire observes in one world, as sets.
 
-    at     (K,) places of the anchors;  real  (K,) bool, those that are somewhere
-    free   (p,) bool, what can be lit, as far as the fire sees
-    lit    (p,) bool, what is near a source
-    passed  (p,) how many people cross it on their cheapest ways out
-    stand, post, source  (n,), (R,), (F,) places of people, robots and sources
-    walks, at_work, begun  bool, which of them are there and not on stairs
+    Places of the map.
+    free    (p,) bool: it can be lit, as far as the fire sees
+    lit     (p,) bool: it is near a source
+    passed  (p,) people who cross it on their cheapest ways out
+    out     (p,) metres from there to the way out
+
+    People, robots and sources: points of each, and their places.
+    people, robots, sources  (n, 3), (R, 3), (F, 3) metres and storey
+    stand, post, source      (n,), (R,), (F,)
+    inside, on_stairs, walks  (n,) bool: neither out nor dead; of them, on stairs or not
+    guide, led               (n,) who seems to lead them;  bool: somebody does
+    at_work, begun           (R,), (F,) bool: robots, and sources, that are there
+
+    Anchors.
+    at      (K,) places;  real  (K,) bool: they are somewhere
+    off     (K,) metres from the landmark that it is at
+    known   (K, MAP_NUMBERS)
     """
 
     def __init__(self, codec: PolicyCodec, vector: np.ndarray, burning: np.ndarray):
@@ -149,10 +160,9 @@ class FireView:
 
     def _find_people(self) -> None:
         """Find where people and robots are, and whom people seem to follow."""
-        self.stand, self.post, self.source = (
-            self.map.places(points)
-            for points in (self.people, self.robots, self.sources)
-        )
+        self.stand = self.map.places(self.people)
+        self.post = self.map.places(self.robots)
+        self.source = self.map.places(self.sources)
         self.inside = self.people[:, 2] > -0.5
         self.on_stairs = self.inside & self.map.stairs[self.stand]
         self.walks = self.inside & ~self.on_stairs

@@ -14,10 +14,15 @@ Its keys are the rows of the tables [E1] [E2].
 [E3, chosen] What the file leaves out stays as in the preset, not as ML-Agents would
 have it: files of a few lines can then vary one of the tables.  The head alone is
 ML-Agents' own, one Gaussian, unless `reference` or the command line names another.
-Keys without a counterpart here pass if their value switches them off, or if they are
-about Unity's program or the machine; what `train` has an option for is noted, or
-refused where the training would be another one; others are refused, all at once.  A
-row may stand in one place, by one name.
+A row may stand in one place, by one name.
+
+What becomes of keys without a counterpart here:
+
+    their value switches them off                    they pass
+    about Unity's program or the machine             they pass
+    `train` has an option for it                     a note names the option
+    the same, and it would make another training     refused
+    all others                                       refused, all at once
 """
 
 import sys
