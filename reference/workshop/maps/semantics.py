@@ -197,37 +197,43 @@ def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:
     """Find stairwells in two parts, open to something else, or without entrance."""
     signs = _rimmed(building, floor)
     for letter in STAIRWELLS:
-        mine = signs == letter
-        parts = connected_parts(mine)
+        parts = connected_parts(signs == letter)
         for part in parts[1:]:
-            edits = floor.typed(*_joined(signs, letter, parts[0], part))
+            sign, cells = _joined(signs, letter, parts[0], part)
+            edits = floor.typed(sign, cells)
             cell = part[0] - 1
             yield floor.mistake("stairwell-split", cell, letter=letter, edits=edits)
-        if not mine.any():
-            continue
-        unclosed = ~mine & (signs != "#") & (signs != "+")
-        openings = np.argwhere(mine & ndimage.binary_dilation(unclosed))
-        beside = signs[ndimage.binary_dilation(mine) & unclosed]
-        others = [other for other in STAIRWELLS if other in beside]
-        if others:
-            loser, winner = _merged(signs, letter, others[0])
-            edits = floor.typed(winner, np.argwhere(signs == loser) - 1)
-            facts: dict[str, Any] = {"letter": letter, "other": others[0]}
-            facts["one"] = winner
-            cell = openings[0] - 1
-            yield floor.mistake("stairwell-beside", cell, edits=edits, **facts)
-        elif len(openings):
-            edits = _closed(floor, signs, mine, unclosed)
-            cell = openings[0] - 1
-            yield floor.mistake("stairwell-open", cell, letter=letter, edits=edits)
-        elif "+" not in signs[ndimage.binary_dilation(mine)]:
-            cell = np.argwhere(mine)[0] - 1
-            place = _beside_room(signs, mine)
-            facts = {"letter": letter, "edits": floor.typed("+", place - 1)}
-            if len(place):
-                facts["place"] = _place(floor, place[0] - 1)
-            kind = "stairwell-closed" if len(place) else "stairwell-enclosed"
-            yield floor.mistake(kind, cell, **facts)
+        if parts:
+            yield from _around_stairwell(floor, signs, letter)
+
+
+def _around_stairwell(
+    floor: Floor, signs: np.ndarray, letter: str
+) -> Iterator[Mistake]:
+    """Find another stairwell beside this one, no wall around it, or no entrance."""
+    mine = signs == letter
+    around = ndimage.binary_dilation(mine)
+    unclosed = ~mine & (signs != "#") & (signs != "+")
+    openings = np.argwhere(mine & ndimage.binary_dilation(unclosed))
+    others = [other for other in STAIRWELLS if other in signs[around & unclosed]]
+    facts: dict[str, Any] = {"letter": letter}
+    if others:
+        loser, winner = _merged(signs, letter, others[0])
+        edits = floor.typed(winner, np.argwhere(signs == loser) - 1)
+        facts |= {"other": others[0], "one": winner}
+        yield floor.mistake("stairwell-beside", openings[0] - 1, edits=edits, **facts)
+    elif len(openings):
+        edits = _closed(floor, signs, mine, unclosed)
+        yield floor.mistake("stairwell-open", openings[0] - 1, edits=edits, **facts)
+    elif "+" not in signs[around]:
+        first = np.argwhere(mine)[0] - 1
+        cell = _beside_room(signs, mine)
+        if cell is None:
+            yield floor.mistake("stairwell-enclosed", first, **facts)
+        else:
+            edits = floor.typed("+", [cell - 1])
+            facts["place"] = _place(floor, cell - 1)
+            yield floor.mistake("stairwell-closed", first, edits=edits, **facts)
 
 
 def _merged(signs: np.ndarray, one: str, other: str) -> tuple[str, str]:
@@ -287,25 +293,27 @@ def _closed(
     lost = mine & ndimage.binary_dilation(edge)
     left = mine & ~lost
     beside = ndimage.binary_dilation(left) & unclosed & ~edge
-    has_entrance = "+" in signs[ndimage.binary_dilation(left)] if left.any() else True
-    walls = np.argwhere(lost | beside)
+    around = ndimage.binary_dilation(left)
+    needs_entrance = bool(left.any()) and "+" not in signs[around]
     edits = []
-    for cell in walls:
-        opens = beside[*cell] and signs[*cell] not in "E " and not has_entrance
-        has_entrance = has_entrance or bool(opens)
-        edits += floor.typed("+" if opens else "#", [cell - 1])
+    for cell in np.argwhere(lost | beside):
+        sign = "#"
+        if needs_entrance and beside[*cell] and signs[*cell] not in "E ":
+            sign = "+"
+            needs_entrance = False
+        edits += floor.typed(sign, [cell - 1])
     return edits
 
 
-def _beside_room(signs: np.ndarray, mine: np.ndarray) -> np.ndarray:
+def _beside_room(signs: np.ndarray, mine: np.ndarray) -> np.ndarray | None:
     """The first cell of a wall with a stairwell on one side and a room opposite."""
     room = is_room(signs)
     for step, axis in ((1, 0), (-1, 0), (1, 1), (-1, 1)):
         wall = np.roll(mine, step, axis) & np.roll(room, -step, axis) & (signs == "#")
         cells = np.argwhere(wall)
         if len(cells):
-            return cells[:1]
-    return np.zeros((0, 2), int)
+            return cells[0]
+    return None
 
 
 def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:

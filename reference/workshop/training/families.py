@@ -105,11 +105,11 @@ def family_of(words: Sequence[str], stated: Mapping[str, Any]) -> Family | None:
             f"--building {random}: {min(lost)} is of one building. Leave it out, or "
             "take people."
         )
-    fixed: dict[str, Bounds] = {}
+    fixed: dict[str, Any] = {}
     for name in ("people", "robots_per_floor"):
         if name in stated:
             fixed[name] = (stated[name], stated[name])
-    return replace(Family(number=_number(random)), **fixed)
+    return Family(number=_number(random), **fixed)
 
 
 def _number(word: str) -> int:
