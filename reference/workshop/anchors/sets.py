@@ -82,7 +82,7 @@ class SetView(RobotView):
     mates   (B, M, 3) points;  mate_spots  (B, M, 2) metres, where they are headed
     beside  (B, M) bool: on my floor
     number  (B,) mine among the robots of a floor
-    before  (B, M) bool: mates that come before me. Guides choose in turn; without it
+    before  (B, M) bool: mates of a lower number. Guides choose in turn; without it
             two robots at one place would always do the same
 
     Metres, round flames.

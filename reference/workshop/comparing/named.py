@@ -67,7 +67,7 @@ def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
     FILE is the policy that was learned for this side; sample: draw its actions instead
     of taking the likeliest.
 
-    Raises ValueError for an unknown word, with the nearest known one, for a checkpoint
+    Raises InputError for an unknown word, with the nearest known one, for a checkpoint
     that lacks what is asked of it and for code that is not there; OSError for a file
     that cannot be read.
     """
@@ -121,7 +121,7 @@ def title_of(word: str, building: Building, scenario: Scenario) -> str:
 
 
 def refuse_unknown(word: str, side: Side, known: Sequence[str]) -> None:
-    """Raise ValueError for a word that is not known; files are not opened yet."""
+    """Raise InputError for a word that is not known; files are not opened yet."""
     if word in known:
         return
     module = word.removesuffix(".py")
