@@ -74,6 +74,7 @@ from reference.workshop.comparing.named import strategy_of
 from reference.workshop.drawing.evacuation import Scene, tally
 from reference.workshop.drawing.film import painter
 from reference.workshop.maps import load
+from reference.workshop.strategies.trained import flat_vectors
 
 SO_FAR = ("evacuated", "died", "inside", "reward", "simulated_seconds")
 
@@ -254,7 +255,8 @@ class FlatEnvironment(ZooEnvironment):
         """What `ZooEnvironment` takes."""
         super().__init__(*args, **chosen)
         self.unit = paper.HEALTH * max(len(self.environment.simulation.world.bodies), 1)
-        self._observed = self.state_space = spaces.Box(-1, 1, (self.layout.size,))
+        self.state_space = spaces.Box(-1, 1, (self.layout.size,))
+        self._observed = self.state_space
 
     def step(self, actions: Mapping[str, Any]) -> StepResult:
         """Take one decision of all agents; see `Environment.step`."""
@@ -276,15 +278,15 @@ class FlatEnvironment(ZooEnvironment):
 
     def _seen(self, seen: Observations) -> dict[str, Any]:
         gone = np.zeros(self.layout.size, dtype=np.float32)
-        there = {agent: self._scaled(each["vector"]) for agent, each in seen.items()}
+        there = {
+            agent: flat_vectors(self.layout, each["vector"])
+            for agent, each in seen.items()
+        }
         return {agent: there.get(agent, gone) for agent in self.possible_agents}
-
-    def _scaled(self, vector: np.ndarray) -> np.ndarray:
-        return self.layout.scaled(vector).clip(-1, 1).astype(np.float32)
 
     def state(self) -> np.ndarray:
         """(V,) float32 in [-1, 1]: everything, from nobody's point of view, now."""
-        return self._scaled(super().state())
+        return flat_vectors(self.layout, super().state())
 
 
 def parallel_env(*args: Any, flat: bool = False, **chosen: Any) -> ZooEnvironment:

@@ -131,6 +131,18 @@ def test_what_has_changed_is_made_anew_and_the_rest_stays(whole, tmp_path):
     assert sorted(names) == ["learning-3", "learning-3", "learning-4", "ppo-3", "ppo-4"]
 
 
+@pytest.mark.parametrize("ships", ["SHIPPED", "ANYWHERE"])
+def test_a_network_that_ships_anew_makes_trainings_anew(ships, monkeypatch, tmp_path):
+    """The fire `learned` of an arm is one of two: for the paper's building, or any."""
+    before = training_folders(small(), tmp_path)
+    other = tmp_path / "other.pt"
+    other.write_bytes(b"another network")
+    monkeypatch.setattr(jobs, ships, other, raising=False)
+    after = training_folders(small(), tmp_path)
+    assert [*after] == [*before]
+    assert not {*after.values()} & {*before.values()}
+
+
 def test_a_training_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypatch):
     """Who did learn is tested."""
 

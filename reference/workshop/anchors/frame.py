@@ -67,6 +67,13 @@ def in_body(building: Building, metres: np.ndarray) -> np.ndarray:
     return metres.clip(low, high)
 
 
+def fire_decisions(building: Building, raw: np.ndarray) -> np.ndarray:
+    """Read floor and metres (..., 3) from a network's storey, x and y (..., 3) [D2]."""
+    floor = raw[..., :1].round().clip(0, building.floors - 1)
+    metres = in_body(building, UNIT * raw[..., 1:].astype(np.float64))
+    return np.concatenate([floor, metres], axis=-1)
+
+
 def robot_destinations(*worlds: World) -> np.ndarray:
     """Find where robots under way go to: (robots, 2) float32 normalised, else nan.
 
@@ -88,19 +95,32 @@ def robot_destinations(*worlds: World) -> np.ndarray:
 class RobotView:
     """What robots observe, in their frames.
 
-    points  (B, n + R + F, 3) metres of people, robots, me first, and fires;
-           people, robots, fires  slices of them;  there  which are not `ABSENT_POINT`
-    me     (B, 2) metres, floor (B,), place (B,): where they stand;  far  (B, n + R + F)
-           metres on foot from there to the points
-    alone, led, lost, mine  (B, n) bool, people whom nobody leads, whom anybody leads,
-           of the first those on my floor, and those I lead, in the order of the
-           vector;  order  (B, n), the frame's
-    spot   (B, 2) metres, where robots are headed [C6]
-    marks  (B, m, 2) metres, nan for none: ways out and feet of stairs, nearest first,
-           and where to guard, in the map's order, so that each keeps its number;
-           outs, feet, rims  slices of them;  to_way_out  (B,) bool, headed to one [C7]
-    places  (B, n + R + F) of the points;  spots  (B, K, 2) metres of the anchors
-    anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
+    What is seen: people first, then robots (me first), then fires.
+    points  (B, n + R + F, 3) metres and storey;  people, robots, fires  slices of them
+    there   (B, n + R + F) bool: which are not `ABSENT_POINT`
+    places  (B, n + R + F) where they stand
+    far     (B, n + R + F) metres on foot from me
+
+    Me.
+    me, floor, place  (B, 2) metres, (B,), (B,): where I stand
+    spot        (B, 2) metres, nan for none: where I am headed [C6]
+    to_way_out  (B,) bool: headed to a way out [C7]
+
+    People, (B, n) in the order of the vector.
+    alone   bool: nobody leads them;  lost  bool: those of them on my floor
+    led     bool: somebody leads them;  mine  bool: on my floor, and I lead them
+    order   indices of people in the order of the frame
+
+    Marks of the map on my floor.
+    marks   (B, m, 2) metres, nan for none: ways out and feet of stairs, each nearest
+            first; then places to guard in the map's order, so that each keeps its
+            number
+    outs, feet, rims  slices of them
+    to_marks  (B, m) metres on foot;  headed_to  (B, m) bool: where I am headed
+
+    Anchors.
+    spots   (B, K, 2) metres;  anchors  (B, K, 2) the same from me, in units
+    way     (B, K) metres on foot;  allowed  (B, K) bool
     """
 
     def __init__(

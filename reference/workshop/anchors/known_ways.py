@@ -3,20 +3,20 @@
 k   ways out of a floor, or feet of its stairs, in the map's order
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from reference.building import Building, Kind
+from reference.building import Building
 from reference.navigation import navigation_of
 from reference.workshop.anchors.reckoning import FARTHEST
 from reference.workshop.strategies.guides import SOON
 from reference.workshop.strategies.observed import (
-    keeps_destination,
-    kept,
-    lightable,
-    nearest_places,
+    guarded_ways,
+    kept_under_numbers,
+    padded,
     stairs_that_end,
+    ways_out_of,
 )
 from reference.workshop.strategies.traffic import (
     places_walked,
@@ -50,15 +50,17 @@ class KnownWays:
         self.by_mark = by_mark
         self.outside = np.minimum(np.min([*by_mark.values()], axis=0), FARTHEST)
 
-        # ways out, as `way_marks` lists them
-        ways = [list(_ways_out(building, floor)) for floor in floors]
-        self.marks = [[marks for _, marks in here] for here in ways]
-        self.wells = _padded([[well for well, _ in here] for here in ways], -1)
-        self.width = _padded([[self._width(m) for _, m in here] for here in ways])
-        chains = [[self._chain(by_mark, m[0]) for _, m in here] for here in ways]
-        self.leads = _padded(
-            [[self._leads(by_mark, *marks) for marks in here] for here in ways]
-        )
+        # ways out
+        ways = [ways_out_of(building, floor) for floor in floors]
+        self.marks = [[way.landmarks for way in here] for here in ways]
+        self.wells = padded([[way.stairwell for way in here] for here in ways], -1)
+        widths = [[self._width(marks) for marks in here] for here in self.marks]
+        self.width = padded(widths, 0)
+        leads = [[self._leads(by_mark, marks) for marks in here] for here in self.marks]
+        self.leads = padded(leads, 0)
+        chains = [
+            [self._chain(by_mark, marks[0]) for marks in here] for here in self.marks
+        ]
         shape = navigation_of(building).places, *self.wells.shape
         self.burns = np.zeros(shape, dtype=np.float32)
         self.near = np.zeros(shape, dtype=np.float32)
@@ -68,13 +70,12 @@ class KnownWays:
                 self.near[:, floor, k] = self._near(chain)
 
         # feet of stairs and rims
-        self.feet = _padded([stairs_that_end(building, floor) for floor in floors], -1)
-        rims = [self._guarded(floor) for floor in floors]
+        self.feet = padded([stairs_that_end(building, floor) for floor in floors], -1)
+        rims = [[mark for mark, _ in guarded_ways(building, floor)] for floor in floors]
+        self.rim_width = padded([[self._width([m]) for m in here] for here in rims], 0)
         landmarks = building.landmarks
-        self.rim_width = _padded([[self._width([m]) for m in here] for here in rims])
-        self.rim_wells = _padded(
-            [[landmarks[m].stairwell for m in here] for here in rims], -1
-        )
+        wells = [[landmarks[mark].stairwell for mark in here] for here in rims]
+        self.rim_wells = padded(wells, -1)
 
         self.well_of = np.full(building.kind.size, -1)
         areas = building.area.ravel()
@@ -84,7 +85,7 @@ class KnownWays:
     def _width(self, marks: Sequence[int]) -> int:
         return sum(self.building.landmarks[mark].width for mark in marks)
 
-    def _leads(self, by_mark: Ways, well: int, marks: Sequence[int]) -> float:
+    def _leads(self, by_mark: Ways, marks: Sequence[int]) -> float:
         """Metres to the outside from a way out of these landmarks."""
         goals = navigation_of(self.building).goals
         return min(float(by_mark[mark][goals[mark][0]]) for mark in marks)
@@ -114,32 +115,8 @@ class KnownWays:
             close = np.maximum(close, 1 - np.minimum(d / SOON, 1))
         return close
 
-    def _guarded(self, floor: int) -> list[int]:
-        """List the landmarks that a floor's rims guard, as `guard_points` does."""
-        building = self.building
-        marks = [mark for mark in building.landmarks if mark.floor == floor]
-        ways = [mark.index for mark in marks if mark.kind is not Kind.DOOR]
-        among = lightable(building) & keeps_destination(building)
-        return [way for way in ways if nearest_places(building, [way], among)]
 
-
-@kept(8)
+@kept_under_numbers(8)
 def known_ways_of(building: Building) -> KnownWays:
     """What robots know of a building's ways out, computed once."""
     return KnownWays(building)
-
-
-def _ways_out(building: Building, floor: int) -> Iterator[tuple[int, list[int]]]:
-    """Yield a floor's ways out: stairwell or -1, and landmarks; as `way_marks` does."""
-    for k, well in enumerate(building.stairwells):
-        if well.leads_down(floor):
-            yield k, list(well.entrances[floor])
-    for mark in building.landmarks:
-        if mark.kind is Kind.EXIT and mark.floor == floor:
-            yield -1, [mark.index]
-
-
-def _padded(rows: Sequence[Sequence[float]], filler: float = 0) -> np.ndarray:
-    """(floors, most) of what is on each floor; the filler where there is less."""
-    most = max(map(len, rows))
-    return np.array([[*row, *[filler] * (most - len(row))] for row in rows])

@@ -17,7 +17,7 @@ from reference.workshop.strategies.guides import DETOUR, TRIP, risk
 from reference.workshop.strategies.traffic import ways_outside
 from reference.world import Flames
 
-FARTHEST = 300.0  # metres, at most; walls are so far
+FARTHEST = 300.0  # metres: nothing counts as farther; walls are as far as that
 
 MarksOfWays = Sequence[Sequence[Iterable[int]]]  # landmarks of a floor's ways out
 

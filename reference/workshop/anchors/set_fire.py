@@ -21,7 +21,7 @@ from reference.fire import cells_around_clearance, cells_beside
 from reference.game.codec import Moment, PolicyCodec
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.workshop.anchors.frame import UNIT, in_body, nearness
+from reference.workshop.anchors.frame import UNIT, fire_decisions, nearness
 from reference.workshop.anchors.known_ways import known_ways_of
 from reference.workshop.anchors.shapes import (
     AWAY,
@@ -38,7 +38,7 @@ from reference.workshop.strategies.guides import GROUP_RADIUS
 from reference.workshop.strategies.observed import (
     FAR,
     guess_guides,
-    kept,
+    kept_under_numbers,
     known_map_of,
     lightable,
     metres_between,
@@ -111,7 +111,7 @@ class KnownMarks:
             row[PASS] = min(self.share[goals].sum(), 1)
 
 
-@kept(8)
+@kept_under_numbers(8)
 def known_marks_of(building: Building) -> KnownMarks:
     """What the fire knows of a building's ways, computed once."""
     return KnownMarks(building)
@@ -120,12 +120,23 @@ def known_marks_of(building: Building) -> KnownMarks:
 class FireView:
     """What the fire observes in one world, as sets.
 
-    at     (K,) places of the anchors;  real  (K,) bool, those that are somewhere
-    free   (p,) bool, what can be lit, as far as the fire sees
-    lit    (p,) bool, what is near a source
-    passed  (p,) how many people cross it on their cheapest ways out
-    stand, post, source  (n,), (R,), (F,) places of people, robots and sources
-    walks, at_work, begun  bool, which of them are there and not on stairs
+    Places of the map.
+    free    (p,) bool: it can be lit, as far as the fire sees
+    lit     (p,) bool: it is near a source
+    passed  (p,) people who cross it on their cheapest ways out
+    out     (p,) metres from there to the way out
+
+    People, robots and sources: points of each, and their places.
+    people, robots, sources  (n, 3), (R, 3), (F, 3) metres and storey
+    stand, post, source      (n,), (R,), (F,)
+    inside, on_stairs, walks  (n,) bool: neither out nor dead; of them, on stairs or not
+    guide, led               (n,) who seems to lead them;  bool: somebody does
+    at_work, begun           (R,), (F,) bool: robots, and sources, that are there
+
+    Anchors.
+    at      (K,) places;  real  (K,) bool: they are somewhere
+    off     (K,) metres from the landmark that it is at
+    known   (K, MAP_NUMBERS)
     """
 
     def __init__(self, codec: PolicyCodec, vector: np.ndarray, burning: np.ndarray):
@@ -149,10 +160,9 @@ class FireView:
 
     def _find_people(self) -> None:
         """Find where people and robots are, and whom people seem to follow."""
-        self.stand, self.post, self.source = (
-            self.map.places(points)
-            for points in (self.people, self.robots, self.sources)
-        )
+        self.stand = self.map.places(self.people)
+        self.post = self.map.places(self.robots)
+        self.source = self.map.places(self.sources)
         self.inside = self.people[:, 2] > -0.5
         self.on_stairs = self.inside & self.map.stairs[self.stand]
         self.walks = self.inside & ~self.on_stairs
@@ -421,6 +431,4 @@ class SetsOfFire(PolicyCodec):
         """
         if not known_marks_of(self.building).fuel.any():
             return np.full(raw.shape, np.nan)
-        floor = raw[..., :1].round().clip(0, self.building.floors - 1)
-        metres = in_body(self.building, UNIT * raw[..., 1:].astype(np.float64))
-        return np.concatenate([floor, metres], axis=-1)
+        return fire_decisions(self.building, raw)

@@ -34,11 +34,13 @@ LEAST_WIDTH = 8
 """[C5, chosen] hidden units of an element, at least; else a quarter of those of all."""
 
 
-class Numbers:
+class ReadSets:
     """What a side reads, (..., V), taken apart.
 
-    at      (..., K, C) anchors, in units of its actions;  allowed  (..., K) bool
-    sets    anchors, people, mates, fires: (..., k, N) each;  counts  (..., C)
+    at       (..., K, C) anchors, in units of its actions
+    allowed  (..., K) bool
+    sets     anchors, people, mates and fires: (..., k, N) each
+    counts   (..., further numbers)
     """
 
     def __init__(self, vectors: Tensor, shapes: SetShapes, axes: int):
@@ -94,7 +96,7 @@ class SetEncoder(nn.Module):
     def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
         """(B, G, V) and (B, 3 G, CROP, CROP), or no image -> (B, G, size)."""
         B, G, _ = vectors.shape
-        read = Numbers(vectors, self.shapes, self.axes)
+        read = ReadSets(vectors, self.shapes, self.axes)
         parts = [one(x) for one, x in zip(self.sets, read.sets, strict=True)]
         parts.append(read.counts)
         if self.grid is not None:
@@ -124,7 +126,7 @@ class SetHead(nn.Module):
 
     def forward(self, x: Tensor, vectors: Tensor) -> Mixture:
         """Mixture from the body's (..., H) and the numbers read (..., V)."""
-        read = Numbers(vectors, self.shapes, self.axes)
+        read = ReadSets(vectors, self.shapes, self.axes)
         each = self.anchor(read.sets[0]) + self.situation(x)[..., None, :]
         each = functional.silu(self.second(functional.silu(each)))
         logits = self.score(each)[..., 0]

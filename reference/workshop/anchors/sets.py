@@ -70,12 +70,24 @@ MARK_NUMBERS = NUMBER + RIMS_NUMBERED
 class SetView(RobotView):
     """What robots observe, as sets; anchors of the map stand in the map's order.
 
-    world   (B,) of each robot;  humans  (B, n, 3), sources  (B, F, 3) points
-    mates   (B, M, 3) where they are;  mate_spots  (B, M, 2) where they are headed
-    number  (B,) on my floor;  before  (B, M) bool, mates of a lower one: guides choose
-            in turn, and two robots at one place would else always do the same
-    inside  (B, n) bool, here  those on foot on my floor;  beside  (B, M) bool, mates
-    stands, at  places of people and of anchors
+    world    (B,) index of my world
+    burning  (S, p) bool;  sources  (B, F, 3) points
+    at       (B, K) places of anchors
+
+    People.
+    humans  (B, n, 3) points;  stands  (B, n) their places
+    inside  (B, n) bool: neither out nor dead;  here  those on foot on my floor
+
+    Mates.
+    mates   (B, M, 3) points;  mate_spots  (B, M, 2) metres, where they are headed
+    beside  (B, M) bool: on my floor
+    number  (B,) mine among the robots of a floor
+    before  (B, M) bool: mates of a lower number. Guides choose in turn; without it
+            two robots at one place would always do the same
+
+    Metres, round flames.
+    to, out  (B, K) from me to an anchor, and from there to the outside
+    total    (B, K) outside by that anchor;  outside  (B,) by the cheapest way
     """
 
     def __init__(
@@ -160,15 +172,18 @@ class SetView(RobotView):
         own = self.points[:, self.robots][:, 0].reshape(S, -1, 3)
         spots = self.spot.reshape(S, -1, 2)
         G = own.shape[1]
-        others = np.array([[j for j in range(G) if j != g] for g in range(G)], int)
         self.number = np.tile(np.arange(G), S) % max(1, self.scenario.robots_per_floor)
-        self.mates = own[:, others].reshape(S * G, G - 1, 3)
-        self.mate_spots = spots[:, others].reshape(S * G, G - 1, 2)
-        self.before = np.tile(others < np.arange(G)[:, None], (S, 1))
+
         if G == 1:  # a set has at least one element, there or not
             self.mates = np.full((S, 1, 3), paper.ABSENT_POINT)
             self.mate_spots = np.full((S, 1, 2), np.nan)
             self.before = np.zeros((S, 1), dtype=bool)
+        else:
+            # (G, G - 1) of each robot, the indices of the others
+            others = np.array([[j for j in range(G) if j != g] for g in range(G)])
+            self.mates = own[:, others].reshape(S * G, G - 1, 3)
+            self.mate_spots = spots[:, others].reshape(S * G, G - 1, 2)
+            self.before = np.tile(others < np.arange(G)[:, None], (S, 1))
         self.beside = self.mates[..., 2] == self.floor[:, None]
         self._forget_far_mates()
 

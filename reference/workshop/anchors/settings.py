@@ -38,6 +38,7 @@ from reference.workshop.anchors.frame import (
     UNIT,
     AnchorSizes,
     RobotView,
+    fire_decisions,
     in_body,
     robot_destinations,
 )
@@ -312,6 +313,4 @@ class MixtureOfFire(PolicyCodec):
 
     def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
         """Floor and metres (..., 3) of storey and place (..., 3)."""
-        floor = raw[..., :1].round().clip(0, self.building.floors - 1)
-        metres = in_body(self.building, UNIT * raw[..., 1:].astype(np.float64))
-        return np.concatenate([floor, metres], axis=-1)
+        return fire_decisions(self.building, raw)

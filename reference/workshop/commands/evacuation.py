@@ -42,8 +42,10 @@ PAIRED = "at most three, the first against the first; default: {}"
 EPISODES_HELP = "how many; episode i uses seed + i; default: 1"
 MOST_FILMED = 3  # pairs side by side
 CHOSEN_SEED = 56
-"""A seed whose film shows from 80 s on what guides are worth; its three evacuations end
-within three people of the means."""
+"""A seed whose film shows, from 80 s on, what guides are worth.
+
+Its three evacuations end within three people of the means.
+"""
 MEAN_OUT = {FILMED[0]: 28.9, FILMED[1]: 37.5, LEARNED_TOO: 37.4}
 """How many of 40 get out on average: `tutorials/tables/contest.json`, 200 seeds."""
 
@@ -140,7 +142,9 @@ def evacuate(arguments: Namespace) -> None:
     folder = arguments.record
     for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
         played.append(_play_episode(evaluation, pairs, seed, film, folder, crowding))
-        film = folder = None  # of the first one only
+        # of the first one only
+        film = None
+        folder = None
 
     told = [_report(evaluation, runs) for runs in zip(*played, strict=True)]
     report = {"pairs": told} if len(told) > 1 else told[0]

@@ -73,14 +73,7 @@ def evaluate(arguments: Namespace) -> None:
         if baseline and baseline not in robots:
             wanted = f"--baseline {baseline}: add it to --robots."
             raise ContradictionError(wanted + did_you_mean(baseline, robots))
-        told = set[str]()
-        for name, evaluation in evaluations.items():
-            head = f"{name}: " if len(evaluations) > 1 else ""
-            print_note(head + evaluation.about())
-            for line in matches.notes(evaluation):
-                if line not in told:
-                    print_note(line)
-                told.add(line)
+        _print_what_is_played(evaluations)
         played = buildings.play_in_buildings(evaluations, out, executor)
         if len(evaluations) > 1:
             _print_and_keep_all(arguments, evaluations, played)
@@ -92,6 +85,18 @@ def evaluate(arguments: Namespace) -> None:
             if out:  # last: whatever cannot be written, the table has been told
                 _keep(out, summary)
                 print_note(f"tables and pictures are in {out}")
+
+
+def _print_what_is_played(evaluations: Evaluations) -> None:
+    """Print what is played in each building, and what is unexpected there, once."""
+    printed = set[str]()
+    for name, evaluation in evaluations.items():
+        head = f"{name}: " if len(evaluations) > 1 else ""
+        print_note(head + evaluation.about())
+        for line in matches.notes(evaluation):
+            if line not in printed:
+                print_note(line)
+            printed.add(line)
 
 
 def _begin_or_resume(arguments: Namespace) -> dict[str, Evaluation]:

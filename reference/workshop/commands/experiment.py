@@ -62,25 +62,30 @@ def _write_and_print(
     results = report.Results(asked, played)
     cells = results.cells()
     answer = results.answer()
-    save(
-        crossplay.matrix(cells, fill(report.INTERVALS_NOTE, 80)), folder / "matrix.png"
-    )
+
+    # the page
+    matrix = crossplay.matrix(cells, fill(report.INTERVALS_NOTE, 80))
+    save(matrix, folder / "matrix.png")
     arms: dict[str, list[curves.TrainingTable]] = {}
     for name, made in jobs.finished(asked, folder).items():
         arms.setdefault(jobs.arm_of(name), []).append(curves.read_summaries(made))
     save(curves.curves_of_arms(arms), folder / "curves.png")
     page = report.report_page(results, "matrix.png", "curves.png")
     write_whole(folder / "page.md", page.encode())
-    told = {
-        "building": asked.arena.building,
-        "scenario": scenario_as_json(asked.arena),
+
+    # the terminal
+    arena = asked.arena
+    facts = {
+        "building": arena.building,
+        "scenario": scenario_as_json(arena),
         "answer": answer,
         "cells": [cell_as_json(cell) for cell in cells],
     }
-    arena = asked.arena
     head = arena.about()
     if LEARNED in asked.test.fires:
         title = title_of(LEARNED, arena.drawn, arena.scenario)
-        head += f"; {title}" if title == ANY_MAP else ""
-    print_report(arguments, told, f"{head}\n{table(cells, report.SHOWN)}\n{answer}")
+        if title == ANY_MAP:
+            head += f"; {title}"
+    text = f"{head}\n{table(cells, report.SHOWN)}\n{answer}"
+    print_report(arguments, facts, text)
     print_note(f"the page is {folder / 'page.md'}")

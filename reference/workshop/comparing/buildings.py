@@ -8,11 +8,12 @@ places.  Between two drawings a seed shares less.  As many people start from the
 random numbers, but these choose among other cells, so that whoever starts somewhere in
 one may start elsewhere in the other; and a fire goes by what it finds.  Nobody is "the
 same person in both": a difference is one of means over people and fires.  Its interval
-comes from the differences seed by seed.  That holds however much or little runs of a
-seed resemble each other, since seeds are independent: where they do, as after a small
-edit, the interval is narrower than that of two separate samples; else it is as wide.
-Of the same drawing twice every difference is 0.  An interval is over people and fires
-in these very buildings; it says nothing of others.
+comes from the differences seed by seed.  Seeds are independent, so it holds however
+much or little runs of a seed resemble each other.  Where they do, as after a small
+edit, it is narrower than that of two separate samples; else it is as wide.  Of the
+same drawing twice every difference is 0.
+
+An interval is over people and fires in these very buildings; it says nothing of others.
 
 Times are of those who got out.  A building that saves slow people, too, is the slower.
 """

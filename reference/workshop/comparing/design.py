@@ -58,8 +58,8 @@ from reference.workshop.training.rounds import Training
 FIXED_FIRES = (*FIRES, LEARNED)  # fires that learn nothing in an experiment
 # of an arm; files are named after it
 NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]{0,39}")
-# rows of a curve; checkpoints of a training on its way
-CURVE_ROWS, CHECKPOINTS_SAVED = 100, 20
+CURVE_ROWS = 100  # rows of a curve
+CHECKPOINTS_SAVED = 20  # by a training on its way
 IMITATION_ROWS = {f"imitation_{row}" for row in ("rounds", "episodes", "epochs")}
 IMITATION_ROWS |= {"critic_rounds"}
 BUDGET_ROWS = ("max_steps", "summary_freq", "checkpoint_interval", "keep_checkpoints")

@@ -38,7 +38,7 @@ from reference.workshop.storage.workers import (
     map_as_done,
     one_thread,
 )
-from reference.workshop.strategies import SHIPPED
+from reference.workshop.strategies import ANYWHERE, SHIPPED
 from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import (
     Task,
@@ -48,7 +48,8 @@ from reference.workshop.training.checkpoints import (
 from reference.workshop.training.loop import run_training
 from reference.workshop.training.rounds import Training
 
-LOG_FILE, DONE_FILE = "log.txt", "training.json"
+LOG_FILE = "log.txt"
+DONE_FILE = "training.json"
 
 
 def training_folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
@@ -78,7 +79,7 @@ def arm_of(training: str) -> str:
 
 def _digest(*plain: Any) -> str:
     """Digest plain data, with the version and the policies that ship."""
-    shipped = sha256(SHIPPED.read_bytes()).hexdigest()
+    shipped = sha256(SHIPPED.read_bytes() + ANYWHERE.read_bytes()).hexdigest()
     parts = [reference.__version__, reference.GAME, shipped, plain]
     return sha256(json.dumps(parts).encode()).hexdigest()[:8]
 

@@ -195,11 +195,13 @@ def begin_evaluation(
     each other, for more people than fit and for the map; OSError for a file that cannot
     be read.
     """
+    # who has learned
     files = _newest_checkpoints((*robots, *fires))
     learned = _load_policies(robots, fires, files)
     if sample and not any(hasattr(policy, "sample") for policy in learned.values()):
         raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
-    policy = next(iter(learned.values()), None)
+
+    # under what: as they learned, but for what is stated
     stated = dict(scenario or {})
     if people is not None:
         stated |= {"people": people, "people_per_floor": None}
@@ -207,12 +209,16 @@ def begin_evaluation(
     asked = "robots_per_floor" in stated
     if not asked and not common.robots_per_floor and {*robots} != {"none"}:
         common = replace(common, robots_per_floor=paper.ROBOTS_PER_FLOOR)
+
+    # where
+    policy = next(iter(learned.values()), None)
     if policy and building is None:
         arena = Arena(policy.name, plan_of(policy.building), common)
     else:
         name = "paper" if building is None else building
         arena = Arena(name, plan_of(load(name)), common)
     _refuse_misfits(learned, arena)
+
     begun = Evaluation(
         arena,
         _without_repeats(robots),

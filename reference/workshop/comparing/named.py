@@ -62,12 +62,12 @@ def describe(word: str, side: Side) -> str:
 
 
 def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
-    """Make the strategy that one of NAMES names [C7] [D2].
+    """Make the strategy that one of PLAYER_NAMES names [C7] [D2].
 
     FILE is the policy that was learned for this side; sample: draw its actions instead
     of taking the likeliest.
 
-    Raises ValueError for an unknown word, with the nearest known one, for a checkpoint
+    Raises InputError for an unknown word, with the nearest known one, for a checkpoint
     that lacks what is asked of it and for code that is not there; OSError for a file
     that cannot be read.
     """
@@ -82,7 +82,7 @@ def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
 
 
 def meaning_of(word: str, building: Building, scenario: Scenario) -> dict[str, str]:
-    """Digest the files that a word of NAMES means there, by their names.
+    """Digest the files that a word of PLAYER_NAMES means there, by their names.
 
     None for a script. A network's bytes; of code, the module and all that it imports
     from its folder. Raises InputError for code that is not there, OSError for a file
@@ -121,7 +121,7 @@ def title_of(word: str, building: Building, scenario: Scenario) -> str:
 
 
 def refuse_unknown(word: str, side: Side, known: Sequence[str]) -> None:
-    """Raise ValueError for a word that is not known; files are not opened yet."""
+    """Raise InputError for a word that is not known; files are not opened yet."""
     if word in known:
         return
     module = word.removesuffix(".py")

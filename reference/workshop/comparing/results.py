@@ -34,13 +34,14 @@ from reference.workshop.strategies import GUIDES
 class Cell:
     """One match: n runs, and each figure's mean, low and high, in units of `RunResult`.
 
-    gain             survival less the baseline's of the same fire and seeds [F12]; None
-                     without a baseline, or where it has none of these runs
-    score            E by one ruler for all [F9, Eq. 8]; None without a ruler, and where
-                     the mean reward or an end of its interval lies off it
-    score_on_baseline  E by the ruler on which a baseline scores 1, else as score
-    evacuation_time  and mean_health: over the runs in which somebody got out, None if
-                     there are none
+    gain   survival less the baseline's of the same fire and seeds [F12]
+           None without a baseline, or where it has none of these runs
+    score  E by one ruler for all [F9, Eq. 8]
+           None without a ruler, or where the mean reward or an end of its interval
+           lies off it
+    score_on_baseline  as score, by the ruler on which a baseline scores 1
+    evacuation_time, mean_health  over the runs in which somebody got out
+           None if there are none
     """
 
     robots: str

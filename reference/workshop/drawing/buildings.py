@@ -25,9 +25,14 @@ from reference.workshop.drawing.crowding import CROSS, mark_deaths
 from reference.workshop.drawing.evacuation import paint_floors
 from reference.workshop.drawing.page import Style
 
-PLAN_WIDTH, CURVE_WIDTH = 4.4, 4.0  # inches
-LOWEST, HIGHEST = 2.4, 7.0  # inches of a row
-TITLE_HIGH, HEADING_HIGH = 0.3, 0.8  # inches above a floor, and above a building
+# inches
+PLAN_WIDTH = 4.4
+CURVE_WIDTH = 4.0
+LOWEST = 2.4  # of a row
+HIGHEST = 7.0  # of a row
+TITLE_HIGH = 0.3  # above a floor
+HEADING_HIGH = 0.8  # above a building
+
 NAME = 24  # letters of a building's name
 
 MARKS: dict[str, Style] = {

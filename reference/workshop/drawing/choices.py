@@ -25,18 +25,20 @@ from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import FLAME, INK, STEPS, marker
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.workshop.strategies.guides import Escort
-from reference.workshop.strategies.observed import way_marks
+from reference.workshop.strategies.observed import way_marks, ways_out_of
 
 MOMENT = 10.0  # s, when people have begun to walk and robots are under way
 EXAMPLE_SEED = 0
 _PALE = 0.45  # of the floors
 
-KEEPING, STAYING = "keep: where the robot is headed", "stay: where it stands"
+KEEPING = "keep: where the robot is headed"
+STAYING = "stay: where it stands"
 WAY_OUT = "means this way out [C6]"
 FOOT_OF_STAIRS = "foot of stairs, where people come out"
-GUARDED, LOST = "where to guard a way from fire", "a person whom nobody leads"
-A_ROBOT, PERSON = "robot", "another person, no anchor"
-
+GUARDED = "where to guard a way from fire"
+LOST = "a person whom nobody leads"
+A_ROBOT = "robot"
+PERSON = "another person, no anchor"
 
 ANCHOR_LOOKS: dict[str, Style] = {
     A_ROBOT: marker("D", 7, "white", INK, 1.8) | {"zorder": 6},
@@ -123,16 +125,10 @@ def ways_on_floor(building: Building, floor: int, spots: Iterable[Any]) -> np.nd
 
     That is a stairwell's middle or an exit. spots: as in `observed.way_marks`
     """
-    down = [well for well in building.stairwells if well.leads_down(floor)]
-    exits = [
-        mark
-        for mark in building.landmarks
-        if mark.kind is Kind.EXIT and mark.floor == floor
-    ]
-    leads = [*(well.centre for well in down), *(mark.position for mark in exits)]
+    ways = ways_out_of(building, floor)
     drawn = [
-        spot if _is_walkable(building, floor, *spot) else way
-        for spot, way in zip(spots, leads, strict=True)
+        spot if _is_walkable(building, floor, *spot) else way.middle
+        for spot, way in zip(spots, ways, strict=True)
     ]
     return np.array(drawn).reshape(-1, 2)
 

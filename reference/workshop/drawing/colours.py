@@ -27,9 +27,9 @@ OTHERS: tuple[str, ...] = ("#732222", "#3e2a8c", "#158c45", "#9900bf", "#d998a7"
 OTHERS += ("#00bf36", "#73396a", "#1b593b", "#989ad9", "#006b8c")
 """Each as far as may be, for four kinds of eye, from Petroff's and those before it."""
 
-_DASHES = ("-", "--", ":", "-.")
+DASHES = ("-", "--", ":", "-.")
 LINES: tuple[Style, ...] = tuple(
-    {"ls": dashes, "lw": width} for width in (1.9, 1.0) for dashes in _DASHES
+    {"ls": dashes, "lw": width} for width in (1.9, 1.0) for dashes in DASHES
 )
 """Lines that tell those apart whose names come to one colour."""
 
@@ -49,7 +49,7 @@ def lines_of(names: Iterable[str]) -> dict[str, Style]:
         if name in OF_THOSE_THAT_SHIP:
             looks[name] = look | LINES[0] | {"ls": OF_THOSE_THAT_SHIP[name][1]}
             continue
-        first = crc32(name.encode()) // len(OTHERS) % len(_DASHES)
+        first = crc32(name.encode()) // len(OTHERS) % len(DASHES)
         lines = [look | LINES[(first + k) % len(LINES)] for k in range(len(LINES))]
         free = [line for line in lines if line not in looks.values()]
         looks[name] = (free or lines)[0]

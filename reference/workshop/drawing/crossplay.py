@@ -21,7 +21,7 @@ from matplotlib.ticker import PercentFormatter
 from reference.workshop.comparing.intervals import intervals_of_columns
 from reference.workshop.comparing.results import Cell, mean_and_interval
 from reference.workshop.comparing.runs import RunResult
-from reference.workshop.drawing.colours import lines_of
+from reference.workshop.drawing.colours import DASHES, lines_of
 from reference.workshop.drawing.page import legend, sheet
 
 SURVIVAL_COLOURS = LinearSegmentedColormap.from_list(
@@ -29,8 +29,7 @@ SURVIVAL_COLOURS = LinearSegmentedColormap.from_list(
 )
 """Survival: orange where the fire wins, blue where the robots do, for every eye."""
 
-_DASHES = ("-", "--", ":", "-.")
-_TURNS = [_DASHES[(k + k // 8) % 4] for k in range(32)]  # one on as colours come again
+_TURNS = [DASHES[(k + k // 8) % 4] for k in range(32)]  # one on as colours come again
 LINE_STYLES = cycler(color=4 * color_sequences["petroff8"], linestyle=_TURNS)
 """Petroff's eight colours, which every eye tells apart, with all dashes in turn."""
 

@@ -247,15 +247,18 @@ def decisions_of(run: TrainingTable) -> np.ndarray:
 
 def _add_decisions(axes: Axes, run: TrainingTable) -> None:
     """Tell decisions of both sides above a panel."""
+    # of rows after as many episodes, the last one counts
     rows = run.columns["episodes"][::-1]
     episodes, last = np.unique(rows, return_index=True)
     decisions = decisions_of(run)[::-1][last]
     if len(episodes) < 2 or decisions[-1] == 0:
         return
-    far = 10 * np.array([-episodes[-1], episodes[-1]])  # axes reach beyond the data
-    episodes = np.concatenate([far[:1], episodes, far[1:]])
-    ends = far * decisions[-1] / episodes[-2]
-    decisions = np.concatenate([ends[:1], decisions, ends[1:]])
+
+    # axes reach beyond the data: there it goes on at the mean pace
+    far = 10 * episodes[-1]
+    most = far * decisions[-1] / episodes[-1]
+    episodes = np.concatenate([[-far], episodes, [far]])
+    decisions = np.concatenate([[-most], decisions, [most]])
     decisions = decisions + 1e-6 * np.arange(len(decisions))  # to have an inverse
     above = axes.secondary_xaxis(
         "top",

@@ -31,8 +31,12 @@ HEALTHS = ListedColormap(STEPS, name="health")
 OVER_FLAMES = 3.8  # where names of rooms are drawn, below all that moves
 TRAIL_SECONDS = 10
 TRAIL = f"walked in {TRAIL_SECONDS} s"
-INK, ASH = "#16191d", "#8d8782"
-FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
+INK = "#16191d"
+ASH = "#8d8782"
+FLAME = "#f47b20"
+EMBER = "#c43c00"
+SOURCE = "#d11a1a"
+CHAR = "#1d120c"
 INKS = {"ink": INK, "flame": FLAME, "ember": EMBER, "source": SOURCE, "char": CHAR}
 INKS |= {"ash": ASH, "text": page.TEXT, "faint": page.FAINT}
 CURVES: dict[str, Style] = {

@@ -158,7 +158,7 @@ def _gif(path: Path, frames: Iterable[Frame]) -> None:
 
 
 def _in_few_colours(frames: Iterable[Frame]) -> Iterator[Image.Image]:
-    """Reduce frames to 8-bit images of one palette, in which CLEAR is not used."""
+    """Reduce frames to 8-bit images of one palette, without CLEAR_COLOUR."""
     palette = None
     for pixels, seconds in frames:
         page = Image.fromarray(pixels).convert("RGB")

@@ -175,7 +175,7 @@ def add_boxes(axes: Axes, kind: np.ndarray, look: Look, up: float = 0.0) -> None
     south = around[row + 2, col + 1]
     west = around[row + 1, col]
     ground = np.full_like(own, -SLAB)
-    low = np.stack([south, west, ground], axis=1)  # where each of SIDES begins
+    low = np.stack([south, west, ground], axis=1)  # where each face begins
     rise = own[:, None] - low
     corner = np.stack(np.broadcast_arrays(col[:, None], -row[:, None], low), axis=2)
     size = np.stack(np.broadcast_arrays(1.0, 1.0, rise), axis=2)

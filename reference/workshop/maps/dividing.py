@@ -285,18 +285,21 @@ class _Rooms:
 
 def _wall_between(one: Box, other: Box) -> Cells | None:
     """The cells of wall that lie between the insides of two boxes, if any."""
-    (top, left), (bottom, right) = one.low, one.high
-    (north, west), (south, east) = other.low, other.high
-    if bottom == north or top == south:
-        row = bottom if bottom == north else top
-        first = max(left, west) + 1
-        last = min(right, east)
-        return (slice(row, row + 1), slice(first, last)) if first < last else None
-    if right == west or left == east:
-        column = right if right == west else left
-        first = max(top, north) + 1
-        last = min(bottom, south)
-        return (slice(first, last), slice(column, column + 1)) if first < last else None
+    for across in (0, 1):
+        if one.high[across] == other.low[across]:
+            at = one.high[across]
+        elif one.low[across] == other.high[across]:
+            at = one.low[across]
+        else:
+            continue
+        along = 1 - across
+        first = max(one.low[along], other.low[along]) + 1
+        last = min(one.high[along], other.high[along])
+        if first >= last:  # they meet at a corner, or not at all
+            return None
+        thick = slice(at, at + 1)
+        long = slice(first, last)
+        return (thick, long) if across == 0 else (long, thick)
     return None
 
 

@@ -45,6 +45,12 @@ SHAFT = (4, 5)  # rows and columns of a stairwell from wall to wall, as in the p
 LEAST_INSIDE = 16  # cells of the sides of a main body that may have stairs in it
 LEAST_WINGS = 24  # cells of the sides of a main body that may have a yard or wings
 
+# by how many of the rooms on both sides of a wall are corridors: 0, 1 or 2
+TREE_WEIGHTS = (3, 1, 0)  # the lighter, the rather a door joins them
+DOOR_CHANCES = (0.2, 0.3, 0.9)  # of a door beyond those that join all rooms
+WIDE_CHANCES = (0.25, 0.25, 0.9)  # of a door of 2 m
+DOOR_CHANCE = 0.4  # of a door beyond those, on a floor without corridors
+
 ROOM_NAMES: dict[str, Any] = tomllib.loads(
     Path(__file__).with_name("names.toml").read_text("utf-8")
 )
@@ -286,18 +292,18 @@ def _cut_doors(
 ) -> None:
     """Join all rooms by as few doors as can be, to corridors first; then some more."""
     pairs = sorted(sides for sides in walls if min(sides) > WALL)
-    lanes = {pair: len(corridors & {*pair}) for pair in pairs}  # how many are corridors
+    beside = {pair: len(corridors & {*pair}) for pair in pairs}  # corridors, 0 to 2
     graph = nx.Graph()
     for pair in pairs:
-        graph.add_edge(*pair, weight=(3, 1, 0)[lanes[pair]] + rng.random())
+        graph.add_edge(*pair, weight=TREE_WEIGHTS[beside[pair]] + rng.random())
     tree = {
         (min(ends), max(ends)) for ends in nx.minimum_spanning_edges(graph, data=False)
     }
 
-    chances = (0.2, 0.3, 0.9) if corridors else (0.4,)
     for pair in pairs:
-        if pair in tree or rng.random() < chances[lanes[pair]]:
-            is_wide = rng.random() < (0.25, 0.25, 0.9)[lanes[pair]]
+        chance = DOOR_CHANCES[beside[pair]] if corridors else DOOR_CHANCE
+        if pair in tree or rng.random() < chance:
+            is_wide = rng.random() < WIDE_CHANCES[beside[pair]]
             _open(rng, signs, walls[pair], "+", 2 if is_wide else 1)
 
 
@@ -319,29 +325,34 @@ def _cut_exits(
 
     They lie rather at the end of a corridor than in a closet.
     """
+    # the rooms' pieces of outer wall, and how likely an exit lies in each
     pieces = [
         (room, piece)
         for (out, room), found in sorted(walls.items())
         if out == OUTDOORS and room > WALL
         for piece in found
     ]
-    ranks = []
+    weights = []
     for room, piece in pieces:
-        size = 6.0 if room in layout.corridors else min(1.0, layout.sizes[room] / 50)
-        ranks.append(size * len(piece.cells))
+        weight = 6.0 if room in layout.corridors else min(1.0, layout.sizes[room] / 50)
+        weights.append(weight * len(piece.cells))
 
+    # how many exits, and how wide
     perimeter = sum(len(piece.cells) for _, piece in pieces)
     count = int(rng.choice((1, 2, 3, 4), p=(0.15, 0.4, 0.3, 0.15)))
     count = min(count, 1 + perimeter // 20, len(pieces))
     wide = int(rng.integers(1, 3 + (perimeter > 100)))
+
+    # one by one: of three pieces, the one that is farthest from the exits before
     rooms = set[int]()
     places = list[np.ndarray]()
     for _ in range(count):
-        drawn = rng.choice(len(pieces), 3, p=np.array(ranks) / sum(ranks)).tolist()
+        chances = np.array(weights) / sum(weights)
+        drawn = rng.choice(len(pieces), 3, p=chances).tolist()
         far = [_metres_to(places, pieces[k][1]) for k in drawn]
         chosen = drawn[int(np.argmax(far))]
         room, piece = pieces.pop(chosen)
-        ranks.pop(chosen)
+        weights.pop(chosen)
         _open(rng, signs, [piece], "E", wide)
         places.append(piece.cells.mean(axis=0))
         rooms.add(room)

@@ -95,7 +95,10 @@ class MistakesError(FloorPlanError):
 
 
 def _places_of(first: Mistake, others: Sequence[Mistake]) -> str:
-    """Say where mistakes like the first are: each word in quotes once, MORE at most."""
+    """Say where mistakes like the first are, at most MORE_PLACES.
+
+    Of mistakes with a word in quotes, the first for each word.
+    """
     said = {_quoted(first)}
     places = []
     for mistake in others:

@@ -10,9 +10,8 @@ from reference.workshop.maps import MOST_SIGNS, Line, lines_of_plan, parse_map
 from reference.workshop.maps.mistakes import Edit, Mistake, MistakesError
 from reference.workshop.storage.files import refuse_no_file, write_whole
 
-MOST_ROUNDS = (
-    60  # each mends what the one before uncovered; floors out of order, one each
-)
+# each mends what the one before uncovered; of floors out of order, one each
+MOST_ROUNDS = 60
 
 
 @dataclass(frozen=True)
@@ -33,12 +32,11 @@ def repaired_file(path: Path) -> Repair:
     with path.open("rb") as file:
         raw = file.read(2 * MOST_SIGNS)
     encoding = _encoding_of(raw)
-    repair = repaired(raw.decode(encoding, "replace"), str(path))
+    text = raw.decode(encoding, "replace")
+    repair = repaired(text, str(path))
     if encoding == "utf-8":
         return repair
-    first = Line(1, lines_of_plan(raw.decode(encoding, "replace"))[0]).mistake(
-        "not-text"
-    )
+    first = Line(1, lines_of_plan(text)[0]).mistake("not-text")
     return Repair(repair.text, ((first,), *repair.rounds), repair.left)
 
 
@@ -133,11 +131,7 @@ def _edited(line: str, edits: Sequence[Edit]) -> list[str]:
     return "".join(parts).split("\n")
 
 
-def _order(edit: Edit) -> tuple[int, int, int, str]:
-    """By place; of those that begin alike the longest first, but what is put before."""
-    return (
-        edit.line,
-        edit.start,
-        -edit.stop if edit.stop > edit.start else -(1 << 30),
-        str(edit.new),
-    )
+def _order(edit: Edit) -> tuple[int, int, bool, int, str]:
+    """Sort by place; at one place, what is put before comes first, then the longest."""
+    inserts = edit.start == edit.stop
+    return edit.line, edit.start, not inserts, -edit.stop, str(edit.new)

@@ -138,8 +138,7 @@ WIDEST_EXIT = 6  # metres of a hole that may have been meant as one
 def _fits_exit(signs: np.ndarray, cells: np.ndarray) -> bool:
     """Whether a hole is a piece of the wall between a room and the outside."""
     straight = len({*cells[:, 0].tolist()}) == 1 or len({*cells[:, 1].tolist()}) == 1
-    here = np.zeros(signs.shape, bool)
-    here[*cells.T] = True
+    here = _mask(signs, cells)
     beside = ndimage.binary_dilation(here) & ~here
     room = bool(is_room(signs)[beside].any())
     return straight and len(cells) <= WIDEST_EXIT and room
@@ -169,7 +168,7 @@ _WALLS_FIRST = [("door-outside", "#"), ("exit-indoors", "#")]
 
 def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
     """Name the mistake in a gate; "" if there is none."""
-    kinds = [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
+    kinds = _kinds_beside(building, gate)
     if gate.kind is Kind.EXIT:
         if not leads_outside:
             return "exit-indoors"
@@ -181,7 +180,7 @@ def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
 
 def _instead(building: Building, gate: Landmark, wrong: str) -> str:
     """What to type for a gate that is wrong: another gate, if it is one, or a wall."""
-    kinds = [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
+    kinds = _kinds_beside(building, gate)
     if wrong == "exit-indoors" and "room" in kinds and len(kinds) == 2:
         return "+"
     if wrong == "door-outside" and kinds == ["room"] and gate.floor == 0:
@@ -189,49 +188,60 @@ def _instead(building: Building, gate: Landmark, wrong: str) -> str:
     return "#"
 
 
+def _kinds_beside(building: Building, gate: Landmark) -> list[str]:
+    """List the kinds of areas at the sides of a gate, but for the outside."""
+    return [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
+
+
 def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:
     """Find stairwells in two parts, open to something else, or without entrance."""
     signs = _rimmed(building, floor)
     for letter in STAIRWELLS:
-        mine = signs == letter
-        parts = connected_parts(mine)
+        parts = connected_parts(signs == letter)
         for part in parts[1:]:
-            edits = floor.typed(*_joined(signs, letter, parts[0], part))
+            sign, cells = _joined(signs, letter, parts[0], part)
+            edits = floor.typed(sign, cells)
             cell = part[0] - 1
             yield floor.mistake("stairwell-split", cell, letter=letter, edits=edits)
-        if not mine.any():
-            continue
-        unclosed = ~mine & (signs != "#") & (signs != "+")
-        openings = np.argwhere(mine & ndimage.binary_dilation(unclosed))
-        beside = signs[ndimage.binary_dilation(mine) & unclosed]
-        others = [other for other in STAIRWELLS if other in beside]
-        if others:
-            loser, winner = _merged(signs, letter, others[0])
-            edits = floor.typed(winner, np.argwhere(signs == loser) - 1)
-            facts: dict[str, Any] = {"letter": letter, "other": others[0]}
-            facts["one"] = winner
-            cell = openings[0] - 1
-            yield floor.mistake("stairwell-beside", cell, edits=edits, **facts)
-        elif len(openings):
-            edits = _closed(floor, signs, mine, unclosed)
-            cell = openings[0] - 1
-            yield floor.mistake("stairwell-open", cell, letter=letter, edits=edits)
-        elif "+" not in signs[ndimage.binary_dilation(mine)]:
-            cell = np.argwhere(mine)[0] - 1
-            place = _beside_room(signs, mine)
-            facts = {"letter": letter, "edits": floor.typed("+", place - 1)}
-            if len(place):
-                facts["place"] = _place(floor, place[0] - 1)
-            kind = "stairwell-closed" if len(place) else "stairwell-enclosed"
-            yield floor.mistake(kind, cell, **facts)
+        if parts:
+            yield from _around_stairwell(floor, signs, letter)
+
+
+def _around_stairwell(
+    floor: Floor, signs: np.ndarray, letter: str
+) -> Iterator[Mistake]:
+    """Find another stairwell beside this one, no wall around it, or no entrance."""
+    mine = signs == letter
+    around = ndimage.binary_dilation(mine)
+    unclosed = ~mine & (signs != "#") & (signs != "+")
+    openings = np.argwhere(mine & ndimage.binary_dilation(unclosed))
+    others = [other for other in STAIRWELLS if other in signs[around & unclosed]]
+    facts: dict[str, Any] = {"letter": letter}
+    if others:
+        loser, winner = _merged(signs, letter, others[0])
+        edits = floor.typed(winner, np.argwhere(signs == loser) - 1)
+        facts |= {"other": others[0], "one": winner}
+        yield floor.mistake("stairwell-beside", openings[0] - 1, edits=edits, **facts)
+    elif len(openings):
+        edits = _closed(floor, signs, mine, unclosed)
+        yield floor.mistake("stairwell-open", openings[0] - 1, edits=edits, **facts)
+    elif "+" not in signs[around]:
+        first = np.argwhere(mine)[0] - 1
+        cell = _beside_room(signs, mine)
+        if cell is None:
+            yield floor.mistake("stairwell-enclosed", first, **facts)
+        else:
+            edits = floor.typed("+", [cell - 1])
+            facts["place"] = _place(floor, cell - 1)
+            yield floor.mistake("stairwell-closed", first, edits=edits, **facts)
 
 
 def _merged(signs: np.ndarray, one: str, other: str) -> tuple[str, str]:
     """Of two stairwells side by side, the letter that goes and the one that stays."""
-    for letter in sorted((one, other), reverse=True):
-        if "+" not in signs[ndimage.binary_dilation(signs == letter)]:
-            return letter, other if letter == one else one
     first, second = sorted((one, other))
+    for goes, stays in ((second, first), (first, second)):
+        if "+" not in signs[ndimage.binary_dilation(signs == goes)]:
+            return goes, stays
     return second, first
 
 
@@ -257,12 +267,12 @@ def _joined(
             between[:, 1 - axis] = np.arange(low, high)
             if (signs[*between.T] == "#").all():
                 return letter, between - 1
-    free = [other for other in STAIRWELLS if not (signs == other).any()]
-    parts = [first, other]
-    entered = ["+" in signs[ndimage.binary_dilation(_mask(signs, p))] for p in parts]
-    if all(entered) and free:
+    free = [sign for sign in STAIRWELLS if not (signs == sign).any()]
+    first_entered = "+" in signs[ndimage.binary_dilation(_mask(signs, first))]
+    other_entered = "+" in signs[ndimage.binary_dilation(_mask(signs, other))]
+    if first_entered and other_entered and free:
         return free[0], other - 1
-    return "#", parts[entered.index(False) if False in entered else 1] - 1
+    return "#", (other if first_entered else first) - 1
 
 
 def _mask(signs: np.ndarray, cells: np.ndarray) -> np.ndarray:
@@ -283,25 +293,27 @@ def _closed(
     lost = mine & ndimage.binary_dilation(edge)
     left = mine & ~lost
     beside = ndimage.binary_dilation(left) & unclosed & ~edge
-    has_entrance = "+" in signs[ndimage.binary_dilation(left)] if left.any() else True
-    walls = np.argwhere(lost | beside)
+    around = ndimage.binary_dilation(left)
+    needs_entrance = bool(left.any()) and "+" not in signs[around]
     edits = []
-    for cell in walls:
-        opens = beside[*cell] and signs[*cell] not in "E " and not has_entrance
-        has_entrance = has_entrance or bool(opens)
-        edits += floor.typed("+" if opens else "#", [cell - 1])
+    for cell in np.argwhere(lost | beside):
+        sign = "#"
+        if needs_entrance and beside[*cell] and signs[*cell] not in "E ":
+            sign = "+"
+            needs_entrance = False
+        edits += floor.typed(sign, [cell - 1])
     return edits
 
 
-def _beside_room(signs: np.ndarray, mine: np.ndarray) -> np.ndarray:
+def _beside_room(signs: np.ndarray, mine: np.ndarray) -> np.ndarray | None:
     """The first cell of a wall with a stairwell on one side and a room opposite."""
     room = is_room(signs)
     for step, axis in ((1, 0), (-1, 0), (1, 1), (-1, 1)):
         wall = np.roll(mine, step, axis) & np.roll(room, -step, axis) & (signs == "#")
         cells = np.argwhere(wall)
         if len(cells):
-            return cells[:1]
-    return np.zeros((0, 2), int)
+            return cells[0]
+    return None
 
 
 def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:

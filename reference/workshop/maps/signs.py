@@ -39,9 +39,14 @@ def ascii_of(char: str) -> str:
     return plain if " " <= plain <= "~" else ""
 
 
+def is_drawn_on(char: str) -> bool:
+    """Whether a character is drawn on the one before it: an accent, a joiner."""
+    return unicodedata.category(char) in ("Mn", "Me", "Cf")
+
+
 def has_no_width(char: str) -> bool:
-    """Whether a character is drawn on the one before it: accents, joiners."""
-    return unicodedata.category(char) in ("Mn", "Me", "Cf", "Cc")
+    """Whether a character takes no cell: drawn on another one, or a control sign."""
+    return is_drawn_on(char) or unicodedata.category(char) == "Cc"
 
 
 @dataclass
@@ -277,20 +282,20 @@ def _others(board: Board) -> None:
     words = _in_words(board)
     within = _in_word(board)
     for sign in _signs_in(board, besides=_MEANT):
-        here = board.plain == sign
-        if sign in "ABCD" or (sign in _OF_NAMES):
-            if sign in _OF_NAMES and _is_everywhere(board, sign):
+        if sign in _OF_NAMES:
+            if _is_everywhere(board, sign):
                 _type(board, sign, ".")
             continue
+        if sign in "ABCD" or has_no_width(sign):
+            continue
+        here = board.plain == sign
         if sign.isupper():
             here &= ~words
             if free and here.any() and _is_shaft(board, here):
                 board.plain[here] = free.pop(0)
                 continue
-        if has_no_width(sign) or sign in "_":
+        if sign == "_":
             here &= ~within
-        if has_no_width(sign):
-            continue
         board.plain[here] = "."
         board.plain[here & rim] = "#"
 
@@ -319,22 +324,24 @@ def _is_everywhere(board: Board, sign: str) -> bool:
 def _blanks(board: Board) -> None:
     """Type `.` or `#` for blanks that are closed in, where a room is beside them."""
     blank = board.plain == " "
-    room = (board.plain == ".") | _is_small(board.plain)
     parts, count = ndimage.label(blank & ~_outside(board))
     if not count:
         return
-    beside = ndimage.binary_dilation(room) if room.any() else np.ones_like(room)
+    room = (board.plain == ".") | _is_small(board.plain)
+    beside_room = ndimage.binary_dilation(room) if room.any() else np.ones_like(room)
     wall = np.isin(board.plain, ["#", "+", "E"])
     left_and_right = np.roll(wall, 1, 1) & np.roll(wall, -1, 1)
     above_and_below = np.roll(wall, 1, 0) & np.roll(wall, -1, 0)
-    between = left_and_right | above_and_below
-    listed = parts.reshape(-1)
-    meant = np.bincount(listed, weights=beside.reshape(-1)) > 0
-    open_ = np.bincount(listed, weights=~between.reshape(-1)) > 0
+    between_walls = left_and_right | above_and_below
+
+    # of parts by number, 0 for what is none: any cell beside a room, any in the open
+    number = parts.reshape(-1)
+    meant = np.bincount(number, weights=beside_room.reshape(-1)) > 0
+    is_open = np.bincount(number, weights=~between_walls.reshape(-1)) > 0
     meant[0] = False
     board.plain[meant[parts]] = "."
     if room.any():
-        board.plain[(meant & ~open_)[parts]] = "#"
+        board.plain[(meant & ~is_open)[parts]] = "#"
 
 
 def _is_small(signs: np.ndarray) -> np.ndarray:

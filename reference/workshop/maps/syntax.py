@@ -69,8 +69,9 @@ class Line:
         more: int = 0,
         **facts: Any,
     ) -> Mistake:
-        """Make a mistake in this line; kind: a key of WORDS, facts: what it needs.
+        """Make a mistake in this line.
 
+        kind: a key of MISTAKE_TEXTS;  facts: what its words need
         edits: what its hint says first;  more: further places that it stands for
         """
         what, hint = (words.format(**facts) for words in MISTAKE_TEXTS[kind])
@@ -413,6 +414,8 @@ def _name_for(word: str) -> str:
 
 # -- Headings and settings ----------------------------------------------------------
 
+_SIZE = "size: {columns} x {rows}"
+
 
 def _headings(page: Page) -> Iterator[Mistake]:
     """Find headings that nobody can read."""
@@ -441,7 +444,7 @@ def _heading(page: Page, floor: Floor, follows: int, *, draws: bool) -> Mistake:
     facts = {"floor": follows, "above": follows + 1, **page.drawn}
     new = {
         "heading-building": f"building: {words or 'NAME'}",
-        "heading-size": "size: {columns} x {rows}".format(**page.drawn),
+        "heading-size": _SIZE.format(**page.drawn),
         "heading-floor": f"floor {follows}: {words}".rstrip(),
     }.get(kind, f"; {line.written}")
     if kind == "heading" and draws:
@@ -457,7 +460,7 @@ def _head(page: Page) -> Iterator[Mistake]:
     if not page.settings["building"]:
         missing.append("building: NAME")
     if not page.settings["size"]:
-        missing.append("size: {columns} x {rows}".format(**page.drawn))
+        missing.append(_SIZE.format(**page.drawn))
     if first.headless:
         missing.append("floor 1:")
     if missing:
@@ -467,9 +470,6 @@ def _head(page: Page) -> Iterator[Mistake]:
         yield first.heading.mistake("no-head", told=told, write=write, edits=[top])
     for line in page.prose:
         yield line.mistake("prose", edits=[line.typed("; ", 0, 0)])
-
-
-_SIZE = "size: {columns} x {rows}"
 
 
 def _meant(line: Line) -> str:

@@ -10,7 +10,6 @@ cell     what stands between two separators: one sign
 """
 
 import re
-import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -18,13 +17,13 @@ from functools import partial
 from itertools import pairwise, takewhile
 
 from reference.floorplan import HEADING_PATTERNS
+from reference.workshop.maps.signs import is_drawn_on
 
 LONGEST_ROW = 2_000  # signs, separators and marks; where one is longer, no row is read
 LINES_READ = 300  # the first, by which the wrapping of all is judged
 FEWEST_ROWS = 3  # fewer tell nothing
-NEARLY_ALL = (
-    0.7  # of the lines that may be rows; others may be prose, or spoilt besides
-)
+# of the lines that may be rows; others may be prose, or spoilt besides
+NEARLY_ALL = 0.7
 
 Lines = Sequence[str]
 TakeOff = Callable[[str], str | None]
@@ -279,7 +278,7 @@ def _separators(rows: Lines) -> Iterator[str]:
     """Signs that nearly all rows have, the most frequent first."""
     counts = Counter(sign for row in rows for sign in {*row})
     for sign, count in counts.most_common():
-        if sign.isalnum() or sign in "#.+ \"'" or not _is_wide(sign):
+        if sign.isalnum() or sign in "#.+ \"'" or is_drawn_on(sign):
             continue
         if count >= NEARLY_ALL * len(rows):
             yield sign
@@ -295,15 +294,10 @@ def _cells(separator: str, line: str) -> str | None:
     signs = []
     for cell in row.split(separator):
         sign = cell.strip(" \"'[](){}") or " "
-        if sum(map(_is_wide, sign)) > 1:
+        if sum(not is_drawn_on(part) for part in sign) > 1:
             return None
         signs.append(sign)
     return "".join(signs).rstrip()
-
-
-def _is_wide(sign: str) -> bool:
-    """Whether a sign takes a cell of its own: no accent, joiner or variation."""
-    return unicodedata.category(sign) not in ("Mn", "Me", "Cf")
 
 
 def _every(start: int, step: int, line: str) -> str | None:

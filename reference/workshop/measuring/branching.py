@@ -35,14 +35,12 @@ from reference.workshop.engine import together
 from reference.workshop.strategies.worst_case import another_future
 from reference.world import Robot, World
 
-TO_WAY_OUT, TO_FOOT, TO_RIM, TO_PERSON, TO_STAY, GO_ON = (
-    "way out",
-    "foot of stairs",
-    "rim",
-    "person",
-    "stay",
-    "go on",
-)
+TO_WAY_OUT = "way out"
+TO_FOOT = "foot of stairs"
+TO_RIM = "rim"
+TO_PERSON = "person"
+TO_STAY = "stay"
+GO_ON = "go on"
 CHOICE_KINDS = (TO_WAY_OUT, TO_FOOT, TO_RIM, TO_PERSON, TO_STAY, GO_ON)
 """What an anchor is.  Where two are one point, the first of these is its name."""
 

@@ -87,8 +87,9 @@ def checked_mapping(value: Any, where: str) -> dict[str, Any]:
     return {str(key): row for key, row in (value or {}).items()}
 
 
-# of 1: how alike a name and the one that may be meant are; and if they begin alike
-ALIKE, LESS_ALIKE = 0.65, 0.5
+# similarities from 0 to 1, from which a name may be the one that is meant
+ALIKE = 0.65
+LESS_ALIKE = 0.5  # if both begin with the same three letters
 
 
 # -- Rows ---------------------------------------------------------------------------
@@ -149,9 +150,8 @@ def check_type(name: str, value: object, kind: Any) -> None:
     absurd = isinstance(value, int | float) and not abs(value) <= LARGEST_NUMBER
     if not fits or odd or absurd:
         words = TYPE_WORDS.get(kind) or f"a {kind.__name__}"
-        words += (
-            f" up to {LARGEST_NUMBER:g}" if fits and not odd and value == value else ""
-        )
+        if fits and not odd and value == value:  # too large; nan differs from itself
+            words += f" up to {LARGEST_NUMBER:g}"
         raise SettingsError(f"{name} is {value!r:.60}: it must be {words}")
 
 

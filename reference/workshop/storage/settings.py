@@ -70,8 +70,8 @@ def twice(name: str, one: int, other: int) -> SettingsError:
 
 
 @contextmanager
-def _naming(path: Path) -> Iterator[None]:
-    """Let errors about a file name it."""
+def settings_errors_naming(path: Path) -> Iterator[None]:
+    """Let SettingsErrors about a file name it."""
     try:
         yield
     except SettingsError as error:
@@ -81,7 +81,7 @@ def _naming(path: Path) -> Iterator[None]:
 def read_toml_file(path: Path) -> dict[str, Any]:
     """Read a settings file in TOML. Raises InputError, OSError."""
     text = read_text(path, LARGEST)
-    with _naming(path):
+    with settings_errors_naming(path):
         for number, line in enumerate(text.split("\n"), 1):
             if line.count(".") > MOST_POINTS:
                 raise SettingsError(
@@ -115,7 +115,7 @@ def read_yaml_file(path: Path) -> Any:
     Raises InputError, also without PyYAML, and OSError.
     """
     text = read_text(path, LARGEST)
-    with _naming(path), _refusals_of_yaml():
+    with settings_errors_naming(path), _refusals_of_yaml():
         content = _plain(_tree(text))
         _refuse_levels(content)
         return content

@@ -119,10 +119,10 @@ class BusiestFire:
 
 
 def busiest(world: World, count: int) -> list[Decision]:
-    """List at most `count` free cells that most people will cross, none within APART.
+    """List free cells that most people will cross, none within APART_METRES.
 
-    Everybody takes the cheapest way outside. Among equals, those nearest to the way out
-    come first.
+    At most `count` are listed. Everybody takes the cheapest way outside. Among equals,
+    those nearest to the way out come first.
     """
     nav = navigation_of(world.building)
     bodies = world.bodies

@@ -8,9 +8,8 @@ hand-written robots and the robot's frame share them.
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, wraps
-from itertools import zip_longest
 from operator import itemgetter
-from typing import Any, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from scipy import ndimage
@@ -29,7 +28,7 @@ FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-def kept(most: int) -> Callable[[Function], Function]:
+def kept_under_numbers(most: int) -> Callable[[Function], Function]:
     """Keep up to so many answers of a function, each under the numbers it came from.
 
     Whoever changes a number of `paper` at run time is heard: it is another question.
@@ -76,9 +75,9 @@ class KnownMap:
         self.free = np.ravel_multi_index(nearest, building.walkable.shape)
         floors = range(building.floors)
         marks = [way_marks(building, floor) for floor in floors]
-        self.outs = _padded([outs for outs, _ in marks])
-        self.feet = _padded([feet for _, feet in marks])
-        self.rims = _padded([guard_points(building, floor) for floor in floors])
+        self.outs = _padded_points([outs for outs, _ in marks])
+        self.feet = _padded_points([feet for _, feet in marks])
+        self.rims = _padded_points([guard_points(building, floor) for floor in floors])
         kinds = [self.outs, self.feet, self.rims]
         self.kinds = [kind.shape[1] for kind in kinds]
         self.marks = np.concatenate(kinds, axis=1)
@@ -101,7 +100,7 @@ class KnownMap:
         return self.free[floor, row, col]
 
 
-@kept(8)
+@kept_under_numbers(8)
 def known_map_of(building: Building) -> KnownMap:
     """What robots know of a building, computed once."""
     return KnownMap(building)
@@ -173,18 +172,46 @@ def may_lead(own: np.ndarray, led: np.ndarray, way: np.ndarray) -> np.ndarray:
     return np.where(own.any(axis=-1, keepdims=True), own, in_sight)
 
 
+class WayOut(NamedTuple):
+    """A way out of a floor: stairs that lead down, or an exit.
+
+    landmarks  indices: the stairwell's entrances on this floor, or the exit
+    stairwell  index; -1 for an exit
+    middle     metres, of the stairwell or of the exit
+    """
+
+    landmarks: list[int]
+    stairwell: int
+    middle: Destination
+
+
+def ways_out_of(building: Building, floor: int) -> list[WayOut]:
+    """List a floor's ways out: stairs that lead down, then exits; as the map does."""
+    ways = []
+    for k, well in enumerate(building.stairwells):
+        if well.leads_down(floor):
+            ways.append(WayOut(list(well.entrances[floor]), k, well.centre))
+    for mark in building.landmarks:
+        if mark.kind is Kind.EXIT and mark.floor == floor:
+            ways.append(WayOut([mark.index], -1, mark.position))
+    return ways
+
+
 def way_marks(building: Building, floor: int) -> tuple[list[Any], list[Any]]:
     """Find a floor's ways out and the feet of its stairs, points in metres [C6].
 
-    Where stairs lead down, the nearest point of the main body: Eq. 1 leads inside;
-    where they end, before them, where people come out.
+    Ways out come as `ways_out_of` lists them. Where stairs lead down, the nearest point
+    of the main body: Eq. 1 leads inside; where they end, before them, where people come
+    out.
     """
     low, high = np.reshape(building.body, (2, 2))
-    down = [well for well in building.stairwells if well.leads_down(floor)]
-    outs = [np.clip(well.centre, low, high) for well in down]
-    for mark in building.landmarks:
-        if mark.kind is Kind.EXIT and mark.floor == floor:
-            outs.append(np.array(at_way_out(building, mark)))
+    outs = []
+    for way in ways_out_of(building, floor):
+        if way.stairwell >= 0:
+            outs.append(np.clip(way.middle, low, high))
+        else:
+            exit_ = building.landmarks[way.landmarks[0]]
+            outs.append(np.array(at_way_out(building, exit_)))
     ends = stairs_that_end(building, floor)
     return outs, [before_stairwell(building, floor, k) for k in ends]
 
@@ -195,19 +222,27 @@ def stairs_that_end(building: Building, floor: int) -> list[int]:
 
 
 def guard_points(building: Building, floor: int) -> list[Any]:
-    """Find where one guards a floor's exits and entrances, points in metres [D6].
+    """Find where one guards a floor's exits and entrances, points in metres [D6]."""
+    centres = navigation_of(building).centres
+    return [centres[place] for _, place in guarded_ways(building, floor)]
 
-    [C5, chosen] For each, the nearest cell on foot that flames may enter and that is
+
+def guarded_ways(building: Building, floor: int) -> list[tuple[int, int]]:
+    """List a floor's exits and entrances that one can guard: landmark, and place [D6].
+
+    [C5, chosen] The place is the nearest cell on foot that flames may enter and that is
     not near a stairwell, where Eq. 1 would move the robot.
     """
-    marks = [mark for mark in building.landmarks if mark.floor == floor]
-    ways = [mark.index for mark in marks if mark.kind is not Kind.DOOR]
     can_guard = lightable(building) & keeps_destination(building)
-    centres = navigation_of(building).centres
-    return [centres[p] for p in nearest_places(building, ways, can_guard)]
+    found = []
+    for mark in building.landmarks:
+        if mark.floor == floor and mark.kind is not Kind.DOOR:
+            places = nearest_places(building, [mark.index], can_guard)
+            found += [(mark.index, place) for place in places]
+    return found
 
 
-@kept(8)
+@kept_under_numbers(8)
 def keeps_destination(building: Building) -> np.ndarray:
     """(places,) bool: far from stairwells; there Eq. 1 keeps a destination [C6]."""
     nav = navigation_of(building)
@@ -236,7 +271,7 @@ def nearest_places(
     return [int(d.argmin()) for d in metres if np.isfinite(d).any()]
 
 
-@kept(64)
+@kept_under_numbers(64)
 def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside.
 
@@ -251,7 +286,7 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     return x, y
 
 
-@kept(64)
+@kept_under_numbers(64)
 def at_way_out(building: Building, way: Landmark) -> Destination:
     """Find a point that means this way out and no other beside it [C6] [C7].
 
@@ -299,7 +334,12 @@ def decisions_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
     return np.where(since < 0, -since, later)
 
 
-def _padded(floors: Sequence[Any]) -> np.ndarray:
+def padded(rows: Sequence[Sequence[Any]], filler: Any) -> np.ndarray:
+    """(rows, most, ...) of rows of any lengths; the filler where one is shorter."""
+    most = max(map(len, rows))
+    return np.array([[*row, *[filler] * (most - len(row))] for row in rows])
+
+
+def _padded_points(floors: Sequence[Sequence[Any]]) -> np.ndarray:
     """(floors, most, 2) of points on each floor; nan where there are fewer."""
-    rows = list(zip_longest(*floors, fillvalue=(np.nan, np.nan)))
-    return np.reshape(rows, (-1, len(floors), 2)).swapaxes(0, 1)
+    return padded(floors, (np.nan, np.nan)).reshape(len(floors), -1, 2)

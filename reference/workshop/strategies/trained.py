@@ -19,6 +19,7 @@ from reference.building import Building
 from reference.fire import Decision
 from reference.game.environment import destination, fire_decision
 from reference.game.observations import (
+    Layout,
     fire_vectors,
     robot_vectors,
     robots_at_work,
@@ -146,6 +147,11 @@ def _counts(building: Building, scenario: Scenario) -> dict[str, float]:
     }
 
 
+def flat_vectors(layout: Layout, vectors: np.ndarray) -> np.ndarray:
+    """Scale observations (..., V) to float32 in [-1, 1], as `flat=True` shows them."""
+    return layout.scaled(vectors).clip(-1, 1).astype(np.float32)
+
+
 class Flat(Trained):
     """A policy on the observations of `parallel_env(..., flat=True)`.
 
@@ -168,7 +174,7 @@ class Flat(Trained):
 
     def decisions(self, vectors: np.ndarray, world: World, rng: Rng) -> list[Any]:
         """What the policy's actions, (G, A) in [-1, 1], mean in metres."""
-        seen = self.layout.scaled(vectors).clip(-1, 1).astype(np.float32)
+        seen = flat_vectors(self.layout, vectors)
         if self.side == "robots":
             seen[~robots_at_work(world)] = 0  # who has left, as `FlatEnvironment` shows
         read = destination if self.side == "robots" else fire_decision

@@ -55,17 +55,19 @@ class MixedDecisions(Decisions):
         if len(kinds) == 1:
             return Decisions.joined(parts)
 
+        # parts of each shape, and where each row stands: which shape, and row of it
         alike: list[list[Decisions]] = [[] for _ in kinds]
-        places = []
         ends = [0] * len(kinds)
+        places = []
         for part, shape in zip(parts, shapes, strict=True):
             k = kinds.index(shape)
             alike[k].append(part)
             rows = torch.arange(ends[k], ends[k] + len(part))
             ends[k] += len(part)
             places.append(torch.stack([torch.full_like(rows, k), rows], dim=1))
-
         at = torch.cat(places)
+
+        # what is read stays in parts; the rest has room for the largest group
         most = max(part.alive.shape[1] for part in parts)
         columns: dict[str, Any] = {}
         for name in (field.name for field in fields(Decisions)):

@@ -233,25 +233,29 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
 
 
 def _refuse_numbers(checkpoint: Checkpoint) -> None:
-    """Raise ValueError for weights of another type, not finite, or counts below 0.
+    """Raise ValueError for numbers with which no training could go on.
 
-    torch would load them, and a training go on with them.
+    These are weights of another type, weights that are not finite, and counts below 0:
+    torch would load them.
     """
+    # all networks: of those who play, the critics, and earlier versions
     learners = checkpoint.learners.values()
     players = [checkpoint.player(side) for side in SIDES]
     everybody = [players, checkpoint.task.fixed, checkpoint.task.initial]
     networks = [who.weights for who in _leaves(everybody, LearnedNetwork)]
     for state in learners:
         networks += [state["critic"], *state["versions"].values()]
+
     for weights in networks:
         for name, weight in weights.items():
-            bits = torch.float64 if NORMALISER in name else torch.float32
-            if weight.dtype != bits:
+            wanted = torch.float64 if NORMALISER in name else torch.float32
+            if weight.dtype != wanted:
                 raise ValueError(f"weights of another type, {weight.dtype}")
     states = [{name: state[name] for name in NETWORKS} for state in learners]
     for leaf in _leaves([states, networks], Tensor | float):
         if not torch.as_tensor(leaf).isfinite().all():
             raise ValueError("weights that are no finite numbers")
+
     counts = [checkpoint.round, *(state["steps"] for state in learners)]
     if min(counts) < 0:
         raise ValueError("counts below 0")

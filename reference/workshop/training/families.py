@@ -29,14 +29,14 @@ FIRST_SEED = 2**32
 """[C5, chosen] generated buildings in trainings have seeds from here on: `floors --new`
 and tests take smaller ones, so what they draw is new to whoever learned."""
 
-Range = tuple[int, ...]  # least and most
+Bounds = tuple[int, ...]  # least and most
 
 ROOM = 4  # [C5, chosen] cells of a floor for each of its people, at least
 
 # What seeds are for, beside those of `rounds`.
-HOUSES = 10
+BUILDINGS = 10
 ORDERS = 11
-CASTS = 12
+PEOPLE_AND_ROBOTS = 12
 
 
 @dataclass(frozen=True)
@@ -52,21 +52,20 @@ class Family:
     names: tuple[str, ...] = ()
     plans: tuple[str, ...] = ()
     number: int = 0
-    widths: Range = (15, 60)
-    heights: Range = (10, 40)
-    floors: Range = (1, 4)
-    people: Range = (10, 120)
-    robots_per_floor: Range = (1, 4)
+    widths: Bounds = (15, 60)
+    heights: Bounds = (10, 40)
+    floors: Bounds = (1, 4)
+    people: Bounds = (10, 120)
+    robots_per_floor: Bounds = (1, 4)
 
     def about(self) -> str:
         """Say in some words which buildings these are."""
         if self.plans:
             return ", ".join(building_of(plan).title for plan in self.plans)
         many = f"{self.number:,}" if self.number else "a new one in every job"
-        sizes = [self.widths, self.heights, self.floors]
-        width, height, floors = (_in_words(some) for some in sizes)
         return (
-            f"generated buildings ({many}; {width} x {height} cells, {floors} floors, "
+            f"generated buildings ({many}; {_in_words(self.widths)} x "
+            f"{_in_words(self.heights)} cells, {_in_words(self.floors)} floors, "
             f"{_in_words(self.people)} people, {_in_words(self.robots_per_floor)} "
             "robots a floor)"
         )
@@ -78,8 +77,8 @@ class Family:
         return generated_text(0, self.widths[0], self.heights[0], self.floors[0])
 
 
-def _in_words(some: Range) -> str:
-    low, high = some
+def _in_words(bounds: Bounds) -> str:
+    low, high = bounds
     return f"{low}" if low == high else f"{low} to {high}"
 
 
@@ -89,8 +88,8 @@ def family_of(words: Sequence[str], stated: Mapping[str, Any]) -> Family | None:
     stated: fields of a scenario that are asked for; they do not vary. Raises
     InputError, MistakesError for a map, OSError for an unreadable file.
     """
-    lots = [word for word in words if word.partition(":")[0] == RANDOM]
-    if not lots:
+    random = next((word for word in words if word.partition(":")[0] == RANDOM), None)
+    if random is None:
         if len(words) == 1:
             return None
         if len({*words}) < len(words):
@@ -99,19 +98,18 @@ def family_of(words: Sequence[str], stated: Mapping[str, Any]) -> Family | None:
         return Family(tuple(words), tuple(plans))
 
     if len(words) > 1:
-        raise InputError(f"--building: {lots[0]} stands alone. Leave the others out.")
+        raise InputError(f"--building: {random} stands alone. Leave the others out.")
     lost = stated.keys() & {"rooms", "people_per_floor"}
     if lost:
         raise InputError(
-            f"--building {lots[0]}: {min(lost)} is of one building. Leave it out, or "
+            f"--building {random}: {min(lost)} is of one building. Leave it out, or "
             "take people."
         )
-    ranges: dict[str, Any] = {
-        name: (stated[name],) * 2
-        for name in ("people", "robots_per_floor")
-        if name in stated
-    }
-    return Family(number=_number(lots[0]), **ranges)
+    fixed: dict[str, Any] = {}
+    for name in ("people", "robots_per_floor"):
+        if name in stated:
+            fixed[name] = (stated[name], stated[name])
+    return Family(number=_number(random), **fixed)
 
 
 def _number(word: str) -> int:
@@ -196,45 +194,45 @@ def job_in(family: Family, seed: int, phase: int, number: int, job: Job) -> Job:
         return replace(job, plan=family.plans[which])
 
     if which is None:
-        house = _rng(seed, HOUSES, phase, number)
+        rng = _rng(seed, BUILDINGS, phase, number)
     else:
-        house = _rng(seed, HOUSES, which)
-    own, size = _house(family, house)
-    cast = _rng(seed, CASTS, phase, number)
+        rng = _rng(seed, BUILDINGS, which)
+    building_seed, size = _drawn_building(family, rng)
+
+    rng = _rng(seed, PEOPLE_AND_ROBOTS, phase, number)
     lot = Lot(
-        seed=own,
+        seed=building_seed,
         size=size,
-        people=_draw(cast, family.people),
-        robots_per_floor=_draw(cast, family.robots_per_floor),
+        people=_draw(rng, family.people),
+        robots_per_floor=_draw(rng, family.robots_per_floor),
     )
     return LotJob(**vars(job), lot=lot)
 
 
 def plan_in(family: Family, seed: int, which: int) -> str:
     """The text of a generated building of a training with this seed, from 0 on."""
-    own, size = _house(family, _rng(seed, HOUSES, which))
-    return generated_text(own, *size)
+    building_seed, size = _drawn_building(family, _rng(seed, BUILDINGS, which))
+    return generated_text(building_seed, *size)
 
 
-def _house(
+def _drawn_building(
     family: Family, rng: np.random.Generator
 ) -> tuple[int, tuple[int, int, int]]:
-    """Draw a building's own seed, and its width, height and floors."""
-    width, height, floors = (_draw(rng, some) for some in _sizes(family))
-    return FIRST_SEED + int(rng.integers(2**32)), (width, height, floors)
-
-
-def _sizes(family: Family) -> tuple[Range, Range, Range]:
-    return family.widths, family.heights, family.floors
+    """Draw a building's width, height and floors, and the seed that generates it."""
+    width = _draw(rng, family.widths)
+    height = _draw(rng, family.heights)
+    floors = _draw(rng, family.floors)
+    seed = FIRST_SEED + int(rng.integers(2**32))
+    return seed, (width, height, floors)
 
 
 def _turn(several: int, seed: int, phase: int, number: int) -> int:
-    """Whose turn it is: all in turn, in another order each time.
+    """Choose a building for a job: all in turn, in another order each time.
 
     In one order a building would meet the same fire for ever.
     """
-    time, place = divmod(number, several)
-    return int(_rng(seed, ORDERS, phase, time).permutation(several)[place])
+    times, place = divmod(number, several)  # how often all have had their turn
+    return int(_rng(seed, ORDERS, phase, times).permutation(several)[place])
 
 
 def _rng(seed: int, *purpose: int) -> np.random.Generator:
@@ -242,6 +240,6 @@ def _rng(seed: int, *purpose: int) -> np.random.Generator:
     return np.random.default_rng(sequence)
 
 
-def _draw(rng: np.random.Generator, some: Range) -> int:
-    low, high = some
+def _draw(rng: np.random.Generator, bounds: Bounds) -> int:
+    low, high = bounds
     return int(rng.integers(low, high + 1))

@@ -66,10 +66,10 @@ class _Teacher(Player):
         self.guides: dict[int, tuple[RobotStrategy, np.random.Generator]] = {}
 
     def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:
-        """Ask the strategy: (S, G, 2) metres, nan to keep a destination, and the same
-        as actions of the learner's head, `alive` where they can be taught.
+        """Let the pupil act, if there is one, else the teacher; record the teacher.
 
-        The metres are the pupil's, if there is one.
+        Returns (S, G, 2) metres of who acts, nan to keep a destination, and records of
+        what the teacher decided, as actions of the pupil's head.
         """
         wanted = [self._decided(moment) for moment in moments]
         records = [self._recorded(m, w) for m, w in zip(moments, wanted, strict=True)]

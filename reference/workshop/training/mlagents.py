@@ -14,10 +14,15 @@ Its keys are the rows of the tables [E1] [E2].
 [E3, chosen] What the file leaves out stays as in the preset, not as ML-Agents would
 have it: files of a few lines can then vary one of the tables.  The head alone is
 ML-Agents' own, one Gaussian, unless `reference` or the command line names another.
-Keys without a counterpart here pass if their value switches them off, or if they are
-about Unity's program or the machine; what `train` has an option for is noted, or
-refused where the training would be another one; others are refused, all at once.  A
-row may stand in one place, by one name.
+A row may stand in one place, by one name.
+
+What becomes of keys without a counterpart here:
+
+    their value switches them off                    they pass
+    about Unity's program or the machine             they pass
+    `train` has an option for it                     a note names the option
+    the same, and it would make another training     refused
+    all others                                       refused, all at once
 """
 
 import sys
@@ -38,6 +43,7 @@ from reference.workshop.storage.settings import (
     Section,
     checked_section,
     read_yaml_file,
+    settings_errors_naming,
     twice,
 )
 from reference.workshop.training.presets import Settings, with_rows
@@ -137,7 +143,7 @@ def read_yaml(path: Path, base: Settings) -> Settings:
     unreadable file.
     """
     read = read_yaml_file(path)
-    try:
+    with settings_errors_naming(path):
         top = _checked_top(read)
         notes = list(_options_in(top))
         behaviours = checked_section(top.get("behaviors"), "behaviors")
@@ -148,8 +154,6 @@ def read_yaml(path: Path, base: Settings) -> Settings:
         for side in BEHAVIOUR_NAMES:
             rows[side] = _rows_of_side(side, names, of_each, defaults, ours)
             rows.pop(BEHAVIOUR_NAMES[side], None)
-    except SettingsError as error:
-        raise SettingsError(f"{path}: {error}") from None
     made = with_rows(base, rows, str(path))
     notes += [f"'{name:.60}' is taken for {side}" for side, name in names.items()]
     for note in notes:

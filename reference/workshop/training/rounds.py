@@ -73,18 +73,21 @@ class Progress:
 class Training:
     """Learners and their progress, which only `learn` changes.
 
-    round  rounds that are over;  episodes  that were learned from;  latest  means of
-    the last round's facts;  imitated  whether copying, if asked for, is over
-    shown  what the strategy that is copied has decided, an item for each round of it
-    kept   rounds of the checkpoints that each side keeps, oldest first
-    versions  of each side in the league: its actor's weights after earlier rounds
+    round      how many rounds are over
+    episodes   how many episodes were learned from
+    latest     means of the last round's facts
+    summaries  of each side, what waits for its next row
+    kept       of each side, rounds of the checkpoints that it keeps, oldest first
+    versions   of each side in the league, its actor's weights by earlier rounds
+    imitated   whether copying a strategy, if that is asked for, is over
+    shown      what that strategy has decided, a list for each round of copying
     """
 
     def __init__(self, task: Task):
         """Make a learner for each side that nobody else plays.
 
         Raises SettingsError if there is nothing to learn, or if a network to begin with
-        means something else, and ValueError for more people than fit into the building.
+        means something else, and InputError for more people than fit into the building.
         """
         self.task = task
         self.settings = task.settings
@@ -94,7 +97,8 @@ class Training:
             _refuse_family(task, task.family)
         self.learners = {s: _learner(task, s) for s in SIDES if s not in task.fixed}
         self.summaries = {side: RunningMeans(0, {}, {}) for side in self.learners}
-        self.round = self.episodes = 0
+        self.round = 0
+        self.episodes = 0
         self.imitated = task.imitate is None
         self.shown: list[list[Trajectory]] = []
         self.latest: dict[str, float] = {}
