@@ -107,6 +107,13 @@ def test_refuses_a_training_that_has_only_imitated_so_far(run):
         curves.learning_curves([run("a", [], imitation=3)])
 
 
+def test_names_the_training_that_has_too_few_rows(run):
+    """Beside one that has enough."""
+    runs = [run("a", TOGETHER), run("b", [])]
+    with pytest.raises(ValueError, match=r"^b: too few rows"):
+        curves.learning_curves(runs)
+
+
 # -- The lines ----------------------------------------------------------------------
 
 
@@ -225,7 +232,8 @@ def test_decisions_stand_above_as_a_training_counts_them(run):
 def test_nothing_overlaps_and_nothing_is_clipped(run, phases, count):
     """Of one training or of several, one can read all words on the page."""
     runs = [run(str(k), phases, k, imitation=3 * (k % 2)) for k in range(count)]
-    assert overlaps(curves.learning_curves(runs)) == []
+    about = "; ".join(f"robots.setting_{k}: 1.25, 2.75" for k in range(6))
+    assert overlaps(curves.learning_curves(runs, about)) == []
     assert overlaps(curves.curves_of_arms({"a": runs, "b": runs[:1]})) == []
 
 
@@ -250,7 +258,7 @@ def test_what_differs_between_trainings_is_said_in_a_line():
     fixed = replace(one, building="paper", fixed={"fire": ("random",)})
     assert (
         differences({"a": one, "b": fixed})
-        == "building: tiny, paper; fire: None, random"
+        == "building: tiny, paper; fire: learns, random"
     )
     laptop = replace(one, settings=preset("laptop"))
     assert re.search(r"; and \d+ more$", differences({"a": one, "b": laptop}))
@@ -301,7 +309,12 @@ def test_several_maps_meet_all_fires(monkeypatch):
     """No map meets one fire alone."""
     monkeypatch.setattr(levels, "EVACUATIONS", 8)
     played = []
-    monkeypatch.setattr(levels, "play", lambda *jobs, advance: played.extend(jobs))
+
+    def noted(job, advance):
+        played.append(job)
+        return []
+
+    monkeypatch.setattr(levels, "play", noted)
     maps = Family(names=("tiny", "museum"), plans=(TINY, plan_of(load("museum"))))
     task = replace(task_with(("random", "none")), family=maps)
     levels._episodes(task, "none")

@@ -18,6 +18,7 @@ import pytest
 from conftest import ROOT
 from outcomes import result
 from processes import python
+from refusals import refusal
 
 import reference
 from reference import paper
@@ -471,3 +472,12 @@ def test_refuses_what_no_experiment_can_be_made_of(changes, message):
     """With what is wrong, and what may have been meant."""
     with pytest.raises(SettingsError, match=message):
         small(**changes)
+
+
+def test_does_not_go_on_in_the_folder_of_something_else(tmp_path, capsys):
+    """Such as a training: nothing is written there."""
+    (tmp_path / "summaries.csv").write_text("")
+    words = [*TINY, str(tmp_path), "--resume"]
+    status, message = refusal(capsys, *words)
+    assert (status, "no experiment in it to go on with" in message) == (1, True)
+    assert [path.name for path in tmp_path.iterdir()] == ["summaries.csv"]

@@ -132,7 +132,7 @@ def test_behaviours_are_known_by_name_or_trainer(read, robots, trainer, fire, ca
     for order in (lines, lines[::-1]):
         settings = read("\n".join(("behaviors:", *order)))
         noted = capsys.readouterr().err
-        assert f"'{robots}' is taken for robots" in noted
+        assert (f"'{robots}' is taken for robots" in noted) == (robots != "Robot")
         assert (settings.robots.max_steps, settings.fire.max_steps) == (11, 22)
         assert settings.robots.trainer_type == trainer
 
@@ -306,6 +306,18 @@ def test_notes_by_their_names_here_what_the_command_line_says(read, capsys):
     ]
     read("checkpoint_settings: {initialize_from: null, resume: false}\n")
     assert not capsys.readouterr().err
+
+
+def test_notes_that_the_head_is_another_than_the_presets(read, capsys):
+    """A file of one line would else change the network without a word."""
+    line = "behaviors: {Robot: {max_steps: 5}}\n"
+    assert read(line).robots.head == "floor"
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 1 and "robots: head floor" in told[0]
+    for head in ("mixture", "floor"):
+        settings = read(f"{line}reference: {{Robot: {{head: {head}}}}}\n")
+        assert settings.robots.head == head
+        assert not capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -71,9 +71,17 @@ def test_code_of_ones_own_meets_everybody_under_the_name_that_was_typed(mine, ca
     [
         ("evacuate --robots nowhere:Guide", 1, "there is no module 'nowhere'"),
         ("evacuate --robots MINE:Guid", 1, "has no 'Guid'"),
-        ("evacuate --robots MINE:idle", 1, "robots has decide(world, robots, rng)"),
-        ("evaluate --robots MINE:Spark", 1, "robots has decide(world, robots, rng)"),
-        ("evaluate --fire MINE:Guide", 1, "the fire has decide(world, rng)"),
+        (
+            "evacuate --robots MINE:idle",
+            1,
+            "robots has decide(self, world, robots, ",
+        ),
+        (
+            "evaluate --robots MINE:Spark",
+            1,
+            "robots has decide(self, world, robots, ",
+        ),
+        ("evaluate --fire MINE:Guide", 1, "the fire has decide(self, world, rng)"),
         ("train --robots MINE:Guide", 2, "names nobody who plays the robots"),
     ],
 )
@@ -106,6 +114,9 @@ def test_refuses_a_decision_that_is_none(side, answer, mine, capsys):
     found, message = refusal(capsys, *played.split())
     assert (found, message.count("\n")) == (1, 1)
     assert f"{mine}:Odd: decide returned " in message
+    assert (side == "fire") or message.endswith(
+        "for each of the robots at work, 4 now.\n"
+    )
 
 
 def test_what_code_itself_raises_is_not_told_as_a_slip_in_its_name(mine):
@@ -113,6 +124,16 @@ def test_what_code_itself_raises_is_not_told_as_a_slip_in_its_name(mine):
     Path(f"{mine}.py").write_text("import no_such_library")
     with pytest.raises(ModuleNotFoundError, match="no_such_library"):
         main(["evacuate", "--robots", f"{mine}:Guide"])
+
+
+@pytest.mark.parametrize("workers", ["0", "2"])
+def test_what_code_itself_raises_is_told_with_its_time(workers, mine):
+    """By a worker, too."""
+    write(mine, "return [None] * len(asked[1]) if asked[0].time < 7 else 1 / 0")
+    match = f"{MATCH} {mine}:Odd".replace("--workers 0", f"--workers {workers}")
+    with pytest.raises(ZeroDivisionError) as raised:
+        main(match.split())
+    assert f"{mine}:Odd: decide raised this after 10 s" in raised.value.__notes__
 
 
 def test_an_evaluation_does_not_go_on_with_code_that_has_changed(mine, capsys):

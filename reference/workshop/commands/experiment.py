@@ -33,6 +33,8 @@ def experiment(arguments: Namespace) -> None:
     from reference.workshop.comparing import design, jobs
 
     folder = arguments.out or Path("out") / arguments.file.stem
+    if arguments.resume:
+        jobs.refuse_other_work(folder)
     read = partial(design.read_experiment, arguments.file)
     running = run_in_folder(arguments, folder, read, "experiment", arguments.file)
     try:

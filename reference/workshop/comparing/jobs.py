@@ -30,6 +30,7 @@ from reference.workshop.storage.runs import (
     LOCK_FILE,
     locked,
     refuse_numbers,
+    refuse_used,
     remove_left_lock,
 )
 from reference.workshop.storage.workers import (
@@ -50,6 +51,7 @@ from reference.workshop.training.rounds import Training
 
 LOG_FILE = "log.txt"
 DONE_FILE = "training.json"
+TRAININGS_FOLDER = "trainings"
 
 
 def training_folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
@@ -58,7 +60,7 @@ def training_folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
     for training in experiment.trainings:
         settings, fires = experiment.arm(arm_of(training))
         name = f"{training}-{_digest(experiment.arena.plan, asdict(settings), fires)}"
-        paths[training] = folder.absolute() / "trainings" / name
+        paths[training] = folder.absolute() / TRAININGS_FOLDER / name
     return paths
 
 
@@ -148,9 +150,15 @@ def train_in(job: tuple[Task, str]) -> str:
     return ""
 
 
+def refuse_other_work(folder: Path) -> None:
+    """Raise InputError for a folder that holds something, but no experiment."""
+    if not (folder / TRAININGS_FOLDER).is_dir():
+        refuse_used(folder, "There is no experiment in it to go on with.")
+
+
 def remove_left_locks(folder: Path) -> None:
     """Remove the locks of trainings that a stop has ended; others are at work still."""
-    for lock in (folder / "trainings").glob(f"*/{LOCK_FILE}"):
+    for lock in (folder / TRAININGS_FOLDER).glob(f"*/{LOCK_FILE}"):
         remove_left_lock(lock.parent)
 
 

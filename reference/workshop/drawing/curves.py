@@ -8,6 +8,7 @@ number.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ from reference.workshop.training import summaries
 from reference.workshop.training.summaries import Levels
 
 SMOOTHING = 0.05  # share of the time axis that a running mean covers
+MOST_SIGNS = 110  # of a line below the panels
 Curve = tuple[np.ndarray, np.ndarray]  # x and y, (k,) each; x ascends
 
 
@@ -167,8 +169,10 @@ def learning_curves(
     """
     panels = {title: _found(curves, runs) for title, curves in PANELS.items()}
     panels = {title: found for title, found in panels.items() if found}
-    if not panels:
-        raise InputError("too few rows to draw: train for longer first.")
+    short = [run.name for run in runs if len(run.columns["step"]) < 2]
+    if short or not panels:
+        names = ", ".join(short or [run.name for run in runs])
+        raise InputError(f"{names}: too few rows to draw: train for longer first.")
     names = ", ".join(run.name for run in runs)
     whole = page.sheet(f"Learning curves: {names}", 11, 1.9 * len(panels) + 1.5)
     column = whole.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
@@ -206,7 +210,7 @@ def learning_curves(
     else:
         words[0] = f"bold: {words[0]}"
         _add_decisions(column[0], runs[0])
-    title = "\n".join(filter(None, words))
+    title = "\n".join(fill(line, MOST_SIGNS) for line in words if line)
     page.legend(whole, handles, title=title, handlelength=2.8, ncols=4)
     return whole
 

@@ -55,7 +55,7 @@ CODE = "MODULE:NAME"
 
 ASKED = {"robots": ("world", "robots", "rng"), "fire": ("world", "rng")}
 ANSWERS = {
-    "robots": "a list with (x, y) in metres, or None, for each of the robots",
+    "robots": "a list with (x, y) in metres, or None, for each of the robots at work",
     "fire": "(floor, x, y), 0 for the lowest floor, in metres, or None",
 }
 
@@ -100,7 +100,7 @@ def from_code(word: str, side: Side) -> Any:
     named = getattr(_import_anew(word), name, None)
     if named is None:
         raise InputError(f"{word}: {_file_of(word)} has no '{name}'.")
-    needs = f"decide({', '.join(ASKED[side])})"
+    needs = f"decide(self, {', '.join(ASKED[side])})"
     with _own_code(word, "it"):
         made = _made(named, f"{word}: who plays the {side} has {needs}")
     try:
@@ -169,7 +169,13 @@ class CheckedStrategy:
         # lists are its own to change
         given = [list(one) if isinstance(one, list) else one for one in asked]
         with _own_code(self.word, "decide"), untouched(world, self.word):
-            answer = self.strategy.decide(world, *given)
+            try:
+                answer = self.strategy.decide(world, *given)
+            except Exception as error:
+                error.add_note(
+                    f"{self.word}: decide raised this after {world.time:g} s"
+                )
+                raise
         if self.side == "fire" and answer is None:
             return None
         try:
@@ -184,9 +190,10 @@ class CheckedStrategy:
             if decision[0] != floor:
                 raise ValueError
         except (TypeError, ValueError, OverflowError):
+            count = f", {len(asked[0])} now" if self.side == "robots" else ""
             raise InputError(
                 f"{self.word}: decide returned {answer!r:.60}; it should be "
-                f"{ANSWERS[self.side]}."
+                f"{ANSWERS[self.side]}{count}."
             ) from None
         last = world.building.floors - 1
         if not 0 <= decision[0] <= last:

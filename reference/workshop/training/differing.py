@@ -5,6 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from reference.learning.settings import SIDES
 from reference.workshop.training.checkpoints import (
     Task,
     load_checkpoint,
@@ -43,9 +44,14 @@ def differences(tasks: Mapping[str, Task]) -> str:
 
 def settings_of(task: Task) -> dict[str, Any]:
     """List all that defines a training, by dotted names such as robots.head."""
-    facts = {"building": task.building, "seed": task.seed, "imitate": task.imitate}
-    for side, players in task.fixed.items():
-        facts[side] = player_names(players)
+    facts = {
+        "building": task.building,
+        "seed": task.seed,
+        "imitate": task.imitate or "nobody",
+    }
+    for side in SIDES:
+        players = task.fixed.get(side)
+        facts[side] = player_names(players) if players else "learns"
     return facts | _flat(asdict(task.settings))
 
 

@@ -155,7 +155,17 @@ def read_yaml(path: Path, base: Settings) -> Settings:
             rows[side] = _rows_of_side(side, names, of_each, defaults, ours)
             rows.pop(BEHAVIOUR_NAMES[side], None)
     made = with_rows(base, rows, str(path))
-    notes += [f"'{name:.60}' is taken for {side}" for side, name in names.items()]
+    for side, name in names.items():
+        own = BEHAVIOUR_NAMES[side]
+        if name != own:
+            notes.append(f"'{name:.60}' is taken for {side}")
+        head = getattr(base, side).head
+        stated = "head" in (ours.get(own) or ours.get(side) or {})
+        if not stated and getattr(made, side).head != head:
+            notes.append(
+                f"{side}: head floor, as ML-Agents has it, not {head}; to keep the "
+                f"preset's: reference: {{{own}: {{head: {head}}}}}, or --head {head}"
+            )
     for note in notes:
         print(f"note: {path}: {note}", file=sys.stderr)
     return made
