@@ -362,8 +362,10 @@ def test_the_command_draws_levels_or_says_why_not(tmp_path, monkeypatch, capsys)
     monkeypatch.setattr(curves, "learning_curves", caught)
     assert main(["curves", "a"]) == 0
     assert main(["curves", "a", "b"]) == 0
+    assert main(["curves", "a/summaries.csv"]) == 0
     said = capsys.readouterr().err
     assert [*drawn[0].means] == ["none", "escort"] and drawn[1] is None
+    assert drawn.pop() == drawn[0]
     assert "No lines of none and escort to compare with: they differ in" in said
     (damaged,) = (tmp_path / "a").glob("checkpoint-*")
     damaged.write_bytes(b"no checkpoint")

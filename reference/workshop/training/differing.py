@@ -17,10 +17,13 @@ MOST_TOLD = 6  # settings
 
 
 def tasks_of(folders: Mapping[str, Path]) -> dict[str, Task]:
-    """Read the tasks of trainings by name; a folder without a checkpoint has none."""
+    """Read the tasks of trainings by name; a folder without a checkpoint has none.
+
+    folders: or the tables in them
+    """
     tasks = {}
-    for name, folder in folders.items():
-        newest = newest_checkpoint(folder) if folder.is_dir() else None
+    for name, path in folders.items():
+        newest = newest_checkpoint(path if path.is_dir() else path.parent)
         if newest:
             tasks[name] = load_checkpoint(newest).task
     return tasks
