@@ -36,8 +36,12 @@ HEADING_HIGH = 0.8  # above a building
 NAME = 24  # letters of a building's name
 
 MARKS: dict[str, Style] = {
-    "half of those who get out are out": {"ls": "", "marker": "o", "ms": 6},
-    "the last is out": {"ls": "", "marker": "s", "ms": 6},
+    "half of those who get out are out, mean of all runs": {
+        "ls": "",
+        "marker": "o",
+        "ms": 6,
+    },
+    "the last is out, mean of all runs": {"ls": "", "marker": "s", "ms": 6},
 }
 
 
