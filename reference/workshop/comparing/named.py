@@ -51,13 +51,10 @@ def describe(word: str, side: Side) -> str:
     """Say who plays a side in words: "escort, lead people out at once ..."."""
     if word == ANY_MAP:
         return f"{word}: a network that knows no building"
-    kind = CODE if is_code(word) else FILE
-    about = (
-        DESCRIPTIONS[side]
-        .get(word, DESCRIPTIONS[side][kind])
-        .replace("`", "")
-        .rstrip(".")
-    )
+    if is_code(word):
+        return f"{word}: code of your own"
+    words = DESCRIPTIONS[side]
+    about = words.get(word, words[FILE]).replace("`", "").rstrip(".")
     return f"{word}, {about[0].lower()}{about[1:]}"
 
 
