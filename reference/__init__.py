@@ -125,7 +125,7 @@ FRONT_DOOR = {
 }
 """Names that `from reference import ...` knows, and where each is made."""
 
-__version__ = "0.24.0"
+__version__ = "0.25.0"
 
 GAME = 8
 """Increases when rules or numbers of the game change: policies learned in another game
