@@ -156,6 +156,43 @@ def test_a_name_keeps_the_letter_that_is_drawn_for_floor():
     assert ".desk+map#" in fixed.storeys[1].rows[2]
 
 
+# -- Comments -----------------------------------------------------------------------
+
+COMMENTS = {
+    "a hash": "# my comment",
+    "a hash and two words": "#two words",
+    "with an exit's letter": "# from A to E",
+    "slashes": "// my office map",
+    "dashes": "-- drawn by hand",
+    "a list": "* the lab is new",
+    "of a title": "## My map (2026): draft",
+    "a block": "#\n# my map\n# ======",
+}
+PLACES = ["building", "size", "floor 1", "   ###########\n####", "floor 2"]
+
+
+@pytest.mark.parametrize("before", PLACES)
+@pytest.mark.parametrize("comment", COMMENTS.values(), ids=COMMENTS)
+def test_a_comment_of_another_language_becomes_a_note_wherever_nothing_is_drawn(
+    comment, before
+):
+    """It is no storey, no row and no heading; the drawing is as it was."""
+    text = HOUSE.replace(before, f"{comment}\n{before}", 1)
+    assert {*told(text)} == {"this is a comment as in code; a note begins with ';'"}
+    repair = repaired(text)
+    assert len(repair.rounds) == 1
+    assert parse_map(repair.text) == parse_map(HOUSE)
+    assert repair.text.count(";") == comment.count("\n") + 1
+
+
+@pytest.mark.parametrize("row", ["#  hall  lab  E", "#  lab  #", "#AA  lab#"])
+def test_a_row_of_words_is_no_comment(row):
+    """Among rows a wall is `#` too, and a blank may be drawn for floor."""
+    rows = FLAT.splitlines()
+    rows[5] = row
+    assert "a comment" not in " ".join(told("\n".join(rows)))
+
+
 # -- Hints --------------------------------------------------------------------------
 
 

@@ -2,6 +2,7 @@
 
 code     a line without its note and the blanks at its end
 heading  a line with a word and a colon, or with a heading's key word
+comment  a line of words behind a mark of another language, such as `# my map`
 prose    before a drawing's first row, any other line that begins with a word
 row      any other line with code: one row of a drawing
 """
@@ -13,7 +14,15 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property, partial
-from itertools import accumulate, chain, islice, pairwise, zip_longest
+from itertools import (
+    accumulate,
+    chain,
+    dropwhile,
+    groupby,
+    islice,
+    pairwise,
+    zip_longest,
+)
 from math import inf
 from typing import Any
 
@@ -42,6 +51,14 @@ MOST_EDITS = 5_000  # of one mistake; the others follow in the next round
 
 _HEADING = re.compile(r"\s*((?!.*::)\w[^#.+:]*:|(?i:building|size|floor)\b)")
 _PROSE = re.compile(r"\s*([A-Za-z])(?!\1)[A-Za-z](?!.*\.\.)[^#+|=_]*$")
+_MARK = r"(?:\#{1,3}|//+|--+|%+|\*)"
+_COMMENT = re.compile(
+    rf"""\s*{_MARK}(?:\s+ | (?=\w+\s+\w))   # with a blank behind it, or two words
+    (?=\w)(?=.*([A-Za-z])(?!\1)[A-Za-z])  # a word: two letters that differ
+    (?!.*\.\.)[^#+|=_]*""",  # no sign of a drawing
+    re.VERBOSE,
+)
+_RULE = re.compile(rf"\s*{_MARK}(?:\s+[-=*~_]+)?")  # among comments: `#`, `# ---`
 
 
 @dataclass(frozen=True)
@@ -148,8 +165,10 @@ class Page:
         self.settings: dict[str, list[Line]] = {"building": [], "size": []}
         self.floors: list[Floor] = []
         self.prose: list[Line] = []
+        self.comments = list(_comments(self.lines))
+        not_drawn = {line.number for line in self.comments}
         for line in self.lines:
-            if line.code:
+            if line.code and line.number not in not_drawn:
                 self._sort(line)
 
     def _sort(self, line: Line) -> None:
@@ -158,7 +177,7 @@ class Page:
         before_rows = not (self.floors and self.floors[-1].rows)
         if setting:
             self.settings[setting].append(line)
-        elif _HEADING.match(line.code) or _meant(line) != "heading":
+        elif _is_heading(line):
             self.floors.append(Floor(line))
         elif before_rows and _PROSE.match(line.code):
             self.prose.append(line)
@@ -201,6 +220,63 @@ class Page:
         columns = max((len(row.code) for row in self.rows), default=30)
         rows = max((len(floor.rows) for floor in self.floors if floor.rows), default=9)
         return {"columns": columns, "rows": rows}
+
+
+# -- Comments -----------------------------------------------------------------------
+
+
+def _comments(lines: Sequence[Line]) -> Iterator[Line]:
+    """Find comments in the way of another language, block by block.
+
+    A row begins with `#` too, but words alone close no room. Between two rows, what
+    ends with one letter may still be a row with an exit: `#  lobby  E`.
+    """
+    start = 0
+    for is_marked, group in groupby(lines, _is_marked):
+        block = list(group)
+        stop = start + len(block)
+        above, below = _may_draw(lines[start - 1 : start]), _may_draw(lines[stop:][:1])
+        start = stop
+        if not is_marked or not any(_is_comment(line) for line in block):
+            continue
+        if above:
+            block = [*dropwhile(_is_wall, block)]
+        if below:
+            block = [*dropwhile(_is_wall, block[::-1])][::-1]
+        is_edge = not (above and below)
+        for line in block:
+            if is_edge or re.search(r"\w\w\W*$", line.code):
+                yield line
+
+
+def _is_marked(line: Line) -> bool:
+    """Whether a line may belong to a block of comments."""
+    rule = len(line.code) <= 2 * MOST_CELLS and _RULE.fullmatch(line.code)
+    return bool(rule) or _is_comment(line)
+
+
+def _is_comment(line: Line) -> bool:
+    """Whether a line is made of words behind a mark."""
+    is_short = len(line.code) <= 2 * MOST_CELLS
+    return is_short and bool(_COMMENT.fullmatch(line.code))
+
+
+def _is_wall(line: Line) -> bool:
+    """Whether a line is nothing but walls, as rows at the edge of a drawing are."""
+    return not line.code.strip("# \t")
+
+
+def _may_draw(beside: Sequence[Line]) -> bool:
+    """Whether the line beside a block, if there is one, may be a row."""
+    return any(line.code and not _is_heading(line) for line in beside)
+
+
+def _comment(line: Line) -> Mistake:
+    """Make the mistake of a comment."""
+    start, stop = next(re.finditer(_MARK, line.code)).span()
+    is_apart = line.code[stop : stop + 1] in ("", " ", "\t")
+    edit = line.typed(";" if is_apart else "; ", start, stop)
+    return line.mistake("comment", start + 1, mark=line.code[start:stop], edits=[edit])
 
 
 # -- Around rows --------------------------------------------------------------------
@@ -418,7 +494,9 @@ _SIZE = "size: {columns} x {rows}"
 
 
 def _headings(page: Page) -> Iterator[Mistake]:
-    """Find headings that nobody can read."""
+    """Find headings that nobody can read, and comments."""
+    for line in page.comments:
+        yield _comment(line)
     follows = 1
     previous: Floor | None = None
     for floor in page.floors:
@@ -470,6 +548,11 @@ def _head(page: Page) -> Iterator[Mistake]:
         yield first.heading.mistake("no-head", told=told, write=write, edits=[top])
     for line in page.prose:
         yield line.mistake("prose", edits=[line.typed("; ", 0, 0)])
+
+
+def _is_heading(line: Line) -> bool:
+    """Whether a line says what follows, as well as somebody could write it."""
+    return bool(_HEADING.match(line.code)) or _meant(line) != "heading"
 
 
 def _meant(line: Line) -> str:
