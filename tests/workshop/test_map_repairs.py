@@ -14,7 +14,7 @@ from drawings import HOUSE
 from refusals import refusal
 
 from reference.__main__ import main
-from reference.workshop.maps import MistakesError, parse_map, to_text
+from reference.workshop.maps import FINE, MistakesError, parse_map, to_text
 from reference.workshop.maps.repairs import obeyed, repaired
 from reference.workshop.maps.wrapping import find_wrapping
 
@@ -24,7 +24,6 @@ GOOD = sorted((HERE / "good").glob("*.txt"))
 BAD = sorted((HERE / "bad").glob("*.txt"))
 CASES = sorted((HERE / "cases").glob("*.txt"))
 ROUNDS = 3
-FINE = (99, 0)
 
 
 def named(path):
@@ -154,6 +153,24 @@ def test_a_name_keeps_the_letter_that_is_drawn_for_floor():
     text = HOUSE.replace(".", "e").replace("Ee", "E.")
     fixed = parse_map(repaired(text).text)
     assert ".desk+map#" in fixed.storeys[1].rows[2]
+
+
+# -- Tabs ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("width", [2, 3, 4, 8])
+@pytest.mark.parametrize("path", [*GOOD, *SHIPPED], ids=named)
+def test_an_editors_tabs_become_the_blanks_they_stood_for(path, width):
+    """Whatever its stops, and wherever a row ends."""
+
+    def with_tabs(line):
+        tabs, blanks = divmod(len(line) - len(line.lstrip(" ")), width)
+        return tabs * "\t" + blanks * " " + line.lstrip(" ")
+
+    text = path.read_text()
+    repair = repaired("\n".join(map(with_tabs, text.split("\n"))))
+    assert len(repair.rounds) <= 1
+    assert parse_map(repair.text) == parse_map(text)
 
 
 # -- Comments -----------------------------------------------------------------------

@@ -29,6 +29,7 @@ from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS, Line
 from reference.workshop.storage.records import did_you_mean
 
 FIRST_OF_DRAWN = 10  # the number of the first stage that checks what is drawn
+FINE = (99, 0)  # beyond all stages
 
 
 def load(name: str | PathLike[str]) -> Building:
@@ -71,7 +72,7 @@ def parse_map(text: str, path: str = "<text>") -> Drawing:
         end = Line(len(lines), lines[-1])
         _refuse([end.mistake("too-long", lines=MOST_LINES, signs=MOST_SIGNS)], path)
     page = syntax.Page(lines)
-    for stage, mistakes in enumerate(syntax.syntax_stages(page), 1):
+    for stage, mistakes in enumerate(syntax.syntax_stages(page, standing), 1):
         _refuse(mistakes, path, stage)
     drawing = floorplan.parse(text)
     for stage, mistakes in enumerate(
@@ -79,6 +80,15 @@ def parse_map(text: str, path: str = "<text>") -> Drawing:
     ):
         _refuse(mistakes, path, stage)
     return drawing
+
+
+def standing(text: str) -> tuple[int, int]:
+    """How far a text gets: the stage that finds mistakes and, below 0, how many."""
+    try:
+        parse_map(text)
+    except MistakesError as error:
+        return error.stage, -len(error.mistakes)
+    return FINE
 
 
 def lines_of_plan(text: str) -> list[str]:

@@ -332,25 +332,79 @@ def _foreign_signs(page: Page) -> Iterator[Mistake]:
             )
 
 
-def _tabs(page: Page) -> Iterator[Mistake]:
-    """Find tabs in rows; as many signs replace them as the other rows are longer."""
+TAB_WIDTHS = (4, 8, 2, 3)  # columns between two stops, the most frequent first
+
+Standing = Callable[[str], tuple[int, int]]
+"""How far a text gets: the more, the better."""
+
+
+def _tabs(page: Page, standing: Standing) -> Iterator[Mistake]:
+    """Find tabs in rows; those signs replace them with which the map gets farthest.
+
+    Either tabs end at stops of one width, as in an editor, or each row is filled up
+    to the usual length. Of two that get as far, the one that leaves fewer walls open.
+    """
+    tabbed = [row for row in page.rows if "\t" in row.code]
+    if not tabbed:
+        return
     lengths = Counter(len(row.code) for row in page.rows if "\t" not in row.code)
     usual = lengths.most_common(1)[0][0] if lengths else 0
-    for row in page.rows:
+
+    def merit(reading: Callable[[str], list[int]]) -> tuple[int, int, int]:
+        """How far the map gets if tabs are read so, and less than 0: open walls."""
+        new = {row.number: _filled(row.code, reading(row.code)) for row in tabbed}
+        lines = [new.get(line.number, line.written) for line in page.lines]
+        return *standing("\n".join(lines)), -_open_walls(Page(lines).board)
+
+    readings = [partial(_to_stops, width) for width in TAB_WIDTHS]
+    best = max([*readings, partial(_to_length, usual)], key=merit)
+    for row in tabbed:
         places = [place for place, sign in enumerate(row.code) if sign == "\t"]
-        if not places:
-            continue
-        lost = usual - len(row.code) + len(places)
-        share, rest = divmod(max(0, min(lost, MOST_CELLS)), len(places))
-        for number, place in enumerate(places):
-            count = share + (number < rest)
-            sign = _around_tab(row.code, place)
+        for place, count in zip(places, best(row.code), strict=True):
+            plain = count * _around_tab(row.code, place)
             yield row.mistake(
                 "tab" if count else "tab-alone",
                 place + 1,
-                plain=count * sign,
-                edits=[row.typed(count * sign, place, place + 1)],
+                plain=plain,
+                edits=[row.typed(plain, place, place + 1)],
             )
+
+
+def _open_walls(board: Board) -> int:
+    """How many cells of walls end there: they have at most one other beside them."""
+    wall = np.isin(board.plain, ["#", "+", "E"]).astype(int)
+    beside = sum(np.roll(wall, step, axis) for step in (1, -1) for axis in (0, 1))
+    return int((wall * (beside < 2)).sum())
+
+
+def _to_stops(width: int, code: str) -> list[int]:
+    """How many columns each tab of a row takes, with a stop at every `width`."""
+    counts = []
+    column = 0
+    for sign in code:
+        columns = width - column % width if sign == "\t" else 1
+        column += columns
+        if sign == "\t":
+            counts.append(columns)
+    return counts
+
+
+def _to_length(usual: int, code: str) -> list[int]:
+    """How many columns each tab takes if together they make a row as long as usual."""
+    tabs = code.count("\t")
+    lost = usual - len(code) + tabs
+    share, rest = divmod(max(0, min(lost, MOST_CELLS)), tabs)
+    return [share + (number < rest) for number in range(tabs)]
+
+
+def _filled(code: str, counts: Iterable[int]) -> str:
+    """A row with so many signs instead of each tab."""
+    left = iter(counts)
+    signs = (
+        next(left) * _around_tab(code, place) if sign == "\t" else sign
+        for place, sign in enumerate(code)
+    )
+    return "".join(signs)
 
 
 def _around_tab(code: str, place: int) -> str:
@@ -739,11 +793,11 @@ def _likeness(one: str, other: str) -> int:
     return sum(a == b for a, b in zip(one, other, strict=False))
 
 
-def syntax_stages(page: Page) -> Iterator[Iterable[Mistake]]:
+def syntax_stages(page: Page, standing: Standing) -> Iterator[Iterable[Mistake]]:
     """Yield what each stage of checks finds, once the stages before find nothing."""
     yield _wrapping(page)
     yield chain(_foreign_signs(page), _longest(page))
-    yield chain(_headings(page), _tabs(page))
+    yield chain(_headings(page), _tabs(page, standing))
     yield chain(
         _head(page),
         _settings(page),
