@@ -173,6 +173,33 @@ def test_an_editors_tabs_become_the_blanks_they_stood_for(path, width):
     assert parse_map(repair.text) == parse_map(text)
 
 
+# -- Signs as wide as two -----------------------------------------------------------
+
+HALL = "\N{CJK UNIFIED IDEOGRAPH-5927}\N{CJK UNIFIED IDEOGRAPH-5EF3}"
+
+
+@pytest.mark.parametrize(
+    ("drawn", "meant"),
+    [
+        ({"hall": HALL}, {"hall": "...."}),
+        ({"hall": HALL, "desk": HALL}, {"hall": "....", "desk": "...."}),
+        ({"hall": HALL[0] + ".."}, {"hall": "...."}),
+        ({"hall": HALL + ".."}, {"hall": "...."}),
+        ({"hall": HALL + HALL}, {"hall": "...."}),
+        ({"hall": "\uff48\uff41.."}, {"hall": "ha.."}),
+        ({"hall": "\uff48\uff41"}, {"hall": "ha.."}),
+        ({"lab": "\N{TOILET}."}, {"lab": "..."}),
+    ],
+)
+def test_a_sign_as_wide_as_two_is_one_column_or_two_as_the_row_needs(drawn, meant):
+    """Two in a row that is drawn in a terminal, one if each was typed for a cell."""
+    text, right = HOUSE, HOUSE
+    for name, signs in drawn.items():
+        text = text.replace(name, signs)
+        right = right.replace(name, meant[name])
+    assert parse_map(repaired(text).text) == parse_map(right)
+
+
 # -- Comments -----------------------------------------------------------------------
 
 COMMENTS = {

@@ -49,6 +49,11 @@ def has_no_width(char: str) -> bool:
     return is_drawn_on(char) or unicodedata.category(char) == "Cc"
 
 
+def is_wide(char: str) -> bool:
+    """Whether a terminal shows a character as wide as two."""
+    return unicodedata.east_asian_width(char) in "WF"
+
+
 @dataclass
 class Board:
     """All drawings of a page, one below the other, with a blank row between two.

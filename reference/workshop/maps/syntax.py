@@ -36,6 +36,7 @@ from reference.workshop.maps.signs import (
     ascii_of,
     changes,
     has_no_width,
+    is_wide,
     read_signs,
     rim_of,
 )
@@ -332,10 +333,76 @@ def _foreign_signs(page: Page) -> Iterator[Mistake]:
             )
 
 
-TAB_WIDTHS = (4, 8, 2, 3)  # columns between two stops, the most frequent first
-
 Standing = Callable[[str], tuple[int, int]]
 """How far a text gets: the more, the better."""
+
+
+def _merit(
+    page: Page, standing: Standing, rows: Iterable[Line], read: Callable[[str], str]
+) -> tuple[int, int, int]:
+    """How far the map gets if these rows are read so, and less than 0: open walls."""
+    new = {row.number: read(row.code) for row in rows}
+    lines = [new.get(line.number, line.written) for line in page.lines]
+    return *standing("\n".join(lines)), -_open_walls(Page(lines).board)
+
+
+def _open_walls(board: Board) -> int:
+    """How many cells of walls end there: they have at most one other beside them."""
+    wall = np.isin(board.plain, ["#", "+", "E"]).astype(int)
+    beside = sum(np.roll(wall, step, axis) for step in (1, -1) for axis in (0, 1))
+    return int((wall * (beside < 2)).sum())
+
+
+def _wide_signs(page: Page, standing: Standing) -> Iterator[Mistake]:
+    """Find signs that stand for two columns, as a terminal shows them: a room's name.
+
+    Where the map gets as far with one column for each, or most rows have them, each
+    is a cell, and explained by where it stands.
+    """
+    foreign = [row for row in page.rows if not row.code.isascii()]
+    rows = [row for row in foreign if any(map(is_wide, row.code))]
+    if not 0 < 2 * len(rows) < len(page.rows):
+        return
+    two, one = (
+        _merit(page, standing, rows, partial(_plain_row, columns)) for columns in (2, 1)
+    )
+    if two <= one:
+        return
+    for row in rows:
+        for start, run in _wide_runs(row.code):
+            plain = _plain_run(2, run)
+            name = unicodedata.name(run[0], f"U+{ord(run[0]):04X}")
+            edits = [row.typed(plain, start, start + len(run))]
+            facts = {"name": name, "plain": plain}
+            yield row.mistake("foreign-wide", start + 1, edits=edits, **facts)
+
+
+def _wide_runs(code: str) -> Iterator[tuple[int, str]]:
+    """Wide signs side by side: where they begin, and which."""
+    start = 0
+    for wide, group in groupby(code, is_wide):
+        run = "".join(group)
+        if wide:
+            yield start, run
+        start += len(run)
+
+
+def _plain_row(columns: int, code: str) -> str:
+    """A row with so many columns of plain signs for each wide one."""
+    for start, run in [*_wide_runs(code)][::-1]:
+        code = code[:start] + _plain_run(columns, run) + code[start + len(run) :]
+    return code
+
+
+def _plain_run(columns: int, run: str) -> str:
+    """What wide signs stand for: floor, unless they look like plain ones."""
+    plain = "".join(ascii_of(sign) or "." for sign in run)
+    if plain[0].islower() and plain.isalnum():
+        return plain.ljust(columns * len(run), ".")
+    return "".join(columns * sign for sign in plain)
+
+
+TAB_WIDTHS = (4, 8, 2, 3)  # columns between two stops, the most frequent first
 
 
 def _tabs(page: Page, standing: Standing) -> Iterator[Mistake]:
@@ -350,11 +417,9 @@ def _tabs(page: Page, standing: Standing) -> Iterator[Mistake]:
     lengths = Counter(len(row.code) for row in page.rows if "\t" not in row.code)
     usual = lengths.most_common(1)[0][0] if lengths else 0
 
-    def merit(reading: Callable[[str], list[int]]) -> tuple[int, int, int]:
-        """How far the map gets if tabs are read so, and less than 0: open walls."""
-        new = {row.number: _filled(row.code, reading(row.code)) for row in tabbed}
-        lines = [new.get(line.number, line.written) for line in page.lines]
-        return *standing("\n".join(lines)), -_open_walls(Page(lines).board)
+    def merit(counts: Callable[[str], list[int]]) -> tuple[int, int, int]:
+        """How far the map gets if tabs are read so."""
+        return _merit(page, standing, tabbed, lambda code: _filled(code, counts(code)))
 
     readings = [partial(_to_stops, width) for width in TAB_WIDTHS]
     best = max([*readings, partial(_to_length, usual)], key=merit)
@@ -368,13 +433,6 @@ def _tabs(page: Page, standing: Standing) -> Iterator[Mistake]:
                 plain=plain,
                 edits=[row.typed(plain, place, place + 1)],
             )
-
-
-def _open_walls(board: Board) -> int:
-    """How many cells of walls end there: they have at most one other beside them."""
-    wall = np.isin(board.plain, ["#", "+", "E"]).astype(int)
-    beside = sum(np.roll(wall, step, axis) for step in (1, -1) for axis in (0, 1))
-    return int((wall * (beside < 2)).sum())
 
 
 def _to_stops(width: int, code: str) -> list[int]:
@@ -796,7 +854,7 @@ def _likeness(one: str, other: str) -> int:
 def syntax_stages(page: Page, standing: Standing) -> Iterator[Iterable[Mistake]]:
     """Yield what each stage of checks finds, once the stages before find nothing."""
     yield _wrapping(page)
-    yield chain(_foreign_signs(page), _longest(page))
+    yield chain(_foreign_signs(page), _wide_signs(page, standing), _longest(page))
     yield chain(_headings(page), _tabs(page, standing))
     yield chain(
         _head(page),
