@@ -373,8 +373,9 @@ def _wide_signs(page: Page, standing: Standing) -> Iterator[Mistake]:
             plain = _plain_run(2, run)
             name = unicodedata.name(run[0], f"U+{ord(run[0]):04X}")
             edits = [row.typed(plain, start, start + len(run))]
-            facts = {"name": name, "plain": plain}
-            yield row.mistake("foreign-wide", start + 1, edits=edits, **facts)
+            yield row.mistake(
+                "foreign-wide", start + 1, name=name, plain=plain, edits=edits
+            )
 
 
 def _wide_runs(code: str) -> Iterator[tuple[int, str]]:
