@@ -200,6 +200,30 @@ def test_a_sign_as_wide_as_two_is_one_column_or_two_as_the_row_needs(drawn, mean
     assert parse_map(repaired(text).text) == parse_map(right)
 
 
+# -- Gaps ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("words", ["hall+lab", "desk+map"])
+def test_two_names_that_a_gap_joins_stay_and_the_gap_becomes_a_door(words):
+    """It is told where it is; nobody has to look for it."""
+    text = HOUSE.replace(words, words.replace("+", "."))
+    place = HOUSE.index(words) + 4
+    line = HOUSE.count("\n", 0, place) + 1
+    column = place - HOUSE.rfind("\n", 0, place)
+    (mistake,) = standing(text)[1]
+    assert f"Type '+' at {line}:{column} for a door" in mistake.hint
+    assert repaired(text).text == HOUSE
+
+
+def test_no_gap_is_told_where_two_parts_are_joined_twice():
+    """A door in one of two gaps would divide nothing."""
+    text = HOUSE.replace("hall+lab", "hall.lab").replace(
+        "####.....#...#", "####.........#", 1
+    )
+    assert told(text) == ["'lab' is a second name in room 'hall'"]
+    assert "Type '.' instead of it" in standing(text)[1][0].hint
+
+
 # -- Comments -----------------------------------------------------------------------
 
 COMMENTS = {

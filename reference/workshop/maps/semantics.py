@@ -6,6 +6,7 @@ A check goes through a building, or one floor of it, and yields what it finds;
 
 import re
 from collections.abc import Collection, Iterable, Iterator
+from functools import cache, partial
 from itertools import chain, pairwise
 from typing import Any
 
@@ -321,6 +322,8 @@ def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:
     if not building.rooms(floor.index):
         yield floor.heading.mistake("no-room", floor=floor.index + 1)
     names: dict[int, str] = {}  # of rooms by their index
+    places: dict[int, tuple[int, int]] = {}  # of these names
+    find_gaps = cache(partial(_gaps, building.signs[floor.index]))
     rows = building.drawing.storeys[floor.index].rows
     words = set(re.findall("[a-z][a-z0-9]*", " ".join(rows)))
     for row, text in enumerate(rows):
@@ -331,6 +334,13 @@ def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:
             cells = [(row, column) for column in range(*word.span())]
             if room in names:
                 facts = {"name": name, "room": names[room]}
+                parts, gaps = find_gaps()
+                gap = gaps.get((int(parts[*places[room]]), int(parts[*cell])))
+                if gap:
+                    edits = floor.typed("+", [gap])
+                    facts["place"] = _place(floor, np.array(gap))
+                    yield floor.mistake("second-name-gap", cell, edits=edits, **facts)
+                    continue
                 edits = floor.typed(".", cells)
                 yield floor.mistake("second-name", cell, edits=edits, **facts)
             elif name in names.values():
@@ -341,6 +351,34 @@ def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:
                 yield floor.mistake("same-name", cell, edits=edits, **facts)
                 name = other
             names.setdefault(room, name)
+            places.setdefault(room, cell)
+
+
+def _gaps(signs: np.ndarray) -> tuple[np.ndarray, dict[tuple[int, int], Any]]:
+    """Find parts of rooms that one cell alone joins: a gap in a wall, a lost door.
+
+    Returns the number of each cell's part, and the gap by the numbers of two parts.
+    """
+    room = np.pad(is_room(signs), 1)
+    above, below = np.roll(room, 1, 0), np.roll(room, -1, 0)
+    left, right = np.roll(room, 1, 1), np.roll(room, -1, 1)
+    across = above & below & ~left & ~right
+    along = left & right & ~above & ~below
+    parts, _ = ndimage.label(room & ~across & ~along)
+
+    joined = nx.Graph()
+    for row, column in np.argwhere(room & (across | along)).tolist():
+        down, aside = (1, 0) if across[row, column] else (0, 1)
+        one = int(parts[row - down, column - aside])
+        other = int(parts[row + down, column + aside])
+        if one and other and one != other:
+            twice = joined.has_edge(one, other)
+            joined.add_edge(one, other, gap=None if twice else (row - 1, column - 1))
+
+    gaps = {}
+    for one, other in nx.bridges(joined):
+        gaps[one, other] = gaps[other, one] = joined[one][other]["gap"]
+    return parts[1:-1, 1:-1], gaps
 
 
 def _other_name(name: str, taken: Collection[str]) -> str:
