@@ -7,10 +7,13 @@ no longer hold.
 
 import json
 import re
+from csv import DictReader
 from itertools import product
 
 import pytest
 from conftest import ROOT
+
+from reference.workshop.comparing.intervals import interval_of_mean
 
 CELLS = {
     (cell["robots"], cell["fire"]): cell
@@ -220,6 +223,47 @@ def test_the_paper_s_training_by_tenths_is_told_as_kept():
     end = TENTHS["100%", "busiest"]["gain"]
     mean, low, high = (signed(100 * end[name]) for name in ("mean", "low", "high"))
     assert f"| {mean} | [{low}, {high}] |" in RESULTS
+
+
+WORTH = [
+    {name: cells[name] for name in ("base", "fire", "time", "gain")}
+    | {"believed": float(cells["believed"]) > 2 * float(cells["believed_error"])}
+    for cells in DictReader(
+        (ROOT / "tutorials" / "tables" / "worth_of_decisions.csv")
+        .read_text(encoding="utf-8")
+        .splitlines()
+    )
+]
+"""Decisions drawn by lot, as `what_a_decision_is_worth.py` has measured them."""
+
+
+def lines_of_worth() -> list[str]:
+    """All, those of the first 50 s, and those in whose better choice was believed."""
+    rows = []
+    for base, fire in product(("observer", "learned"), WORTH_FIRES):
+        part = [one for one in WORTH if (one["base"], one["fire"]) == (base, fire)]
+        early = [one for one in part if float(one["time"]) < 50]
+        believed = [one for one in part if one["believed"]]
+        cells = [f"`{fire}`" if fire != "random" else "random fire"]
+        for some in (part, early, believed):
+            mean, low, high = interval_of_mean([float(one["gain"]) for one in some])
+            ends = f"[{two_decimals(low)}, {two_decimals(high)}]"
+            cells += [str(len(some)), f"{two_decimals(mean)} {ends}"]
+        rows.append(row(f"`{base}`", cells))
+    return rows
+
+
+WORTH_FIRES = ("random", "closer", "busiest", "fixed", "learned")
+
+
+def two_decimals(number: float) -> str:
+    """With a true minus sign, and none at 0."""
+    return f"{number:.2f}".replace("-0.00", "0.00").replace("-", "−")
+
+
+def test_what_decisions_are_worth_is_told_as_kept():
+    """By strategy and fire."""
+    assert {*lines_of_worth()} < {*RESULTS.splitlines()}
 
 
 # -- All of RESULTS: what its words say stands in a table ----------------------------
