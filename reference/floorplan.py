@@ -10,7 +10,7 @@ student can redraw it with any editor.
 
 A file says `building: NAME`, `size: COLUMNS x ROWS` and then, for each floor from 1
 upwards, `floor 1: NAME` above its drawing; `floor 2-3:` draws once and builds twice.
-Every drawing has all the rows, none of them blank.
+Every drawing has all the rows; one where all is outside is typed as `#` alone.
 
 A text that cannot be read is refused in one line. `python -m reference check FILE`
 explains it, and finds mistakes in what can be read, such as a room without a door.
@@ -118,7 +118,8 @@ class _Reader:
             raise FloorPlanError(
                 f"this row has {len(code)} columns, the size says {width}"
             )
-        self.storeys[-1][1].append(code.ljust(width))
+        row = "" if code == "#" else code  # alone it says that there is a row
+        self.storeys[-1][1].append(row.ljust(width))
 
     def _end_floor(self) -> None:
         if not self.storeys:

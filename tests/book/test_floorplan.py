@@ -53,6 +53,18 @@ def test_an_editors_habits_are_tolerated_in_silence(loosely, tmp_path):
     assert maps.read_map(file) == parse(loosely) == parse(HOUSE)
 
 
+@pytest.mark.paper("A1")
+def test_a_lone_wall_at_the_edge_stands_for_a_row_outside():
+    """It says that there is a row, and is no wall."""
+    ground, upstairs = HOUSE.replace("x 5", "x 6").split("floor 2")
+    wall = "   ####E######\n"
+    plan = parse(
+        f"{ground.replace(wall, wall.replace('E', '#') + wall)}floor 2{upstairs}#\n"
+    )
+    assert plan.storeys[1].rows[-1] == 14 * " "
+    assert parse(maps.to_text(plan)) == plan
+
+
 @pytest.mark.parametrize(
     ("was", "becomes", "line", "what"),
     [

@@ -154,7 +154,8 @@ def to_text(drawing: Drawing) -> str:
         f"size:     {drawing.width} x {drawing.height}",
     ]
     for number, storey in enumerate(drawing.storeys, 1):
-        text += ["", f"floor {number}: {storey.name}", *storey.rows]
+        rows = [row.rstrip() or "#" for row in storey.rows]  # alone: all is outside
+        text += ["", f"floor {number}: {storey.name}", *rows]
     return "".join(f"{line.rstrip()}\n" for line in text)
 
 
