@@ -19,9 +19,9 @@ from reference.workshop.commands.common import print_note, print_report, shell_l
 from reference.workshop.maps import MistakesError, find_map, load, shipped_floors
 from reference.workshop.maps.generated import LEAST_SIDE, MOST_SIDE, generated_text
 from reference.workshop.maps.mistakes import Mistake
+from reference.workshop.maps.pages import MOST_FLOORS
 from reference.workshop.maps.repairs import Repair, repaired_file, write_new
 from reference.workshop.maps.semantics import touching
-from reference.workshop.maps.syntax import MOST_FLOORS
 from reference.workshop.storage.files import message_of, read_text, refuse_no_file
 from reference.workshop.storage.runs import ContradictionError
 from reference.workshop.strategies.observed import exits_without_a_word

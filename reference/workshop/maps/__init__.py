@@ -2,9 +2,10 @@
 
 The book's `floorplan` refuses in one line what it cannot read; here a drawing is
 checked in stages, and all mistakes of the first stage that finds any are shown with the
-line, a caret and one thing to do. Read on in `mistakes` (what one looks like),
-`wrapping` (what is around rows), `signs` (what each stands for), `syntax` (how a
-drawing is written), `semantics` (what is drawn), `repairs` (doing what hints say).
+line, a caret and one thing to do. Read on in `mistakes` (what one looks like), `pages`
+(a file's lines, sorted), `wrapping` (what is around rows), `columns` (tabs and wide
+signs), `signs` (what each stands for), `syntax` (how a drawing is written), `semantics`
+(what is drawn), `repairs` (doing what hints say).
 `generated` draws new maps by lot, with rooms from `dividing`.
 """
 
@@ -25,7 +26,7 @@ from reference.navigation import Navigation, navigation_of
 from reference.rays import Sight, sight_of
 from reference.workshop.maps import semantics, syntax
 from reference.workshop.maps.mistakes import MOST_MISTAKES, Mistake, MistakesError
-from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS, Line
+from reference.workshop.maps.pages import MOST_LINES, MOST_SIGNS, Line, Page
 from reference.workshop.storage.records import did_you_mean
 
 FIRST_OF_DRAWN = 10  # the number of the first stage that checks what is drawn
@@ -71,7 +72,7 @@ def parse_map(text: str, path: str = "<text>") -> Drawing:
     if len(text) > MOST_SIGNS or len(lines) > MOST_LINES:
         end = Line(len(lines), lines[-1])
         _refuse([end.mistake("too-long", lines=MOST_LINES, signs=MOST_SIGNS)], path)
-    page = syntax.Page(lines)
+    page = Page(lines)
     for stage, mistakes in enumerate(syntax.syntax_stages(page, standing), 1):
         _refuse(mistakes, path, stage)
     drawing = floorplan.parse(text)

@@ -35,7 +35,7 @@ from reference.workshop.maps.dividing import (
     borders,
     divide,
 )
-from reference.workshop.maps.syntax import MOST_FLOORS
+from reference.workshop.maps.pages import MOST_FLOORS
 
 LEAST_SIDE = 6  # [A1, chosen] cells of a main body's side: one room of 4 m
 MOST_SIDE = 180  # [A1, chosen] with stairwells beside it, a drawing holds it

@@ -27,7 +27,7 @@ from reference.building import (
 )
 from reference.floorplan import STAIRWELLS, Drawing
 from reference.workshop.maps.mistakes import Edit, Mistake
-from reference.workshop.maps.syntax import Floor, Page
+from reference.workshop.maps.pages import Floor, Page
 
 
 def semantic_stages(drawing: Drawing, page: Page) -> Iterator[Iterable[Mistake]]:
