@@ -196,25 +196,33 @@ def branches(
 
     choices: None for the own decision;  decisions: for how many a point is held
     """
+    sent = [{robot.body: choice.point} if choice else {} for choice in choices]
+    return played_on(run, sent, decisions, seeds)
+
+
+def played_on(
+    run: Simulation,
+    sent: Sequence[Mapping[int, Destination | None]],
+    decisions: int,
+    seeds: Sequence[int],
+    sample: bool = False,
+) -> list[list[Simulation]]:
+    """Send robots to places for some decisions, and play to the end: [places][future].
+
+    sent: by body, as `Held` takes them;  sample: as in `play_to_the_end`
+    """
     by_future = []
     for seed in seeds:
         future = future_of(run, seed)
-        copies = [future.copy() for _ in choices]
-        for copy, choice in zip(copies, choices, strict=True):
-            if choice is not None:
-                send(copy, {robot.body: choice.point}, decisions)
+        copies = [future.copy() for _ in sent]
+        for copy, places in zip(copies, sent, strict=True):
+            own = copy.robot_strategy.strategy  # type: ignore[attr-defined]
+            copy.robot_strategy = Held(own, places, decisions)
         by_future.append(copies)
 
-    play_to_the_end([copy for copies in by_future for copy in copies], players_of(run))
+    going = [copy for copies in by_future for copy in copies]
+    play_to_the_end(going, players_of(run), sample)
     return [list(futures) for futures in zip(*by_future, strict=True)]
-
-
-def send(
-    future: Simulation, sent: Mapping[int, Destination | None], decisions: int
-) -> None:
-    """Send robots of a future to places for some decisions; see `Held`."""
-    own = future.robot_strategy.strategy  # type: ignore[attr-defined]
-    future.robot_strategy = Held(own, sent, decisions)
 
 
 def saved(played: Sequence[Sequence[Simulation]]) -> np.ndarray:

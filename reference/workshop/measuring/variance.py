@@ -6,7 +6,7 @@ all that was drawn later.  Only what the action itself changes can be learned.
 
 Every own action meets every action of the mates, in every future: crossed random
 effects (Searle, Casella and McCulloch 1992), whose components are estimated without
-bias, so that one of 0 is estimated below 0 as often as above.
+bias, so that estimates of one that is 0 lie on both sides of it.
 
     A, M, F  own actions, actions of the mates, futures;  S  states
 """
@@ -21,11 +21,9 @@ from reference.game.codec import Moment, decided
 from reference.game.observations import robots_at_work
 from reference.simulation import Simulation
 from reference.workshop.measuring.branching import (
-    future_of,
-    play_to_the_end,
+    played_on,
     players_of,
     saved,
-    send,
 )
 from reference.world import Robot
 
@@ -59,19 +57,13 @@ def crossed(
     actions  A, how often the network draws for the robot, and as often for its mates
     seeds    F, of the futures, in which robots draw their actions, too
     """
-    players = players_of(run)
-    own = [_drawn(run, players["robots"], rng) for _ in range(actions)]
-    mates = [_drawn(run, players["robots"], rng) for _ in range(actions)]
-    runs = []
-    for mine in own:
-        for others in mates:
-            sent = others | {robot.body: mine[robot.body]}
-            for seed in seeds:
-                future = future_of(run, seed)
-                send(future, sent, 1)
-                runs.append(future)
-    play_to_the_end(runs, players, sample=True)
-    return saved([runs]).reshape(actions, actions, len(seeds)).astype(float)
+    player = players_of(run)["robots"]
+    own = [_drawn(run, player, rng) for _ in range(actions)]
+    mates = [_drawn(run, player, rng) for _ in range(actions)]
+    body = robot.body
+    sent = [others | {body: mine[body]} for mine in own for others in mates]
+    people = saved(played_on(run, sent, 1, seeds, sample=True))
+    return people.reshape(actions, actions, len(seeds)).astype(float)
 
 
 def _drawn(run: Simulation, player: Any, rng: Rng) -> dict[int, Any]:
