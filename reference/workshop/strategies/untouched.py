@@ -26,8 +26,8 @@ def untouched(world: World, word: str) -> Iterator[None]:
     for (name, old), (_, new) in zip(before, _parts(world), strict=False):
         if new != old:
             raise InputError(
-                f"{word}: decide changes {name}. Who decides only looks at the world, "
-                "and answers where to go; change a copy: robot.position.copy()."
+                f"{word}: decide changes {name}. Who decides only looks at the world; "
+                "change copies of what is in it, such as robot.position.copy()."
             )
 
 
