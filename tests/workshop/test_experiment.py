@@ -116,6 +116,12 @@ def test_an_arm_may_learn_under_another_scenario_than_the_tests():
     assert experiment.arena.scenario.sight_range == Scenario().sight_range
 
 
+def test_trainings_of_one_seed_come_before_those_of_the_next():
+    """So what an interrupted experiment has made compares all arms."""
+    names = [*small(seeds=[3, 4]).trainings]
+    assert names == ["learning-3", "ppo-3", "learning-4", "ppo-4"]
+
+
 def test_what_is_made_is_not_made_again(whole):
     """No job is submitted."""
     before = tables(whole)

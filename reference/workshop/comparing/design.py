@@ -200,19 +200,21 @@ class Experiment:
 
     @cached_property
     def trainings(self) -> dict[str, Task]:
-        """Every training by its name, such as "adversary-0" of an arm and a seed."""
+        """Every training by its name, such as "adversary-0" of an arm and a seed.
+
+        Seeds come first: what an interrupted experiment has made compares all arms.
+        """
         trainings = {}
         building = self.arena.drawn
-        for name in self.arms:
+        for seed, name in product(self.seeds, self.arms):
             settings, fires = self.arm(name)
             scenario = settings.scenario
             players = tuple(
                 fixed_player(fire, "fire", building, scenario) for fire in fires
             )
             fixed: dict[Side, Any] = {"fire": players} if fires else {}
-            for seed in self.seeds:
-                task = Task(self.building, self.arena.plan, settings, seed, fixed)
-                trainings[f"{name}-{seed}"] = task
+            task = Task(self.building, self.arena.plan, settings, seed, fixed)
+            trainings[f"{name}-{seed}"] = task
         return trainings
 
     @cached_property
