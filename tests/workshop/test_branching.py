@@ -13,20 +13,23 @@ from reference.paper import Scenario
 from reference.robots import actual_target
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.engine import together
+from reference.workshop.engine import to_the_end, together
 from reference.workshop.measuring import branching
 from reference.workshop.measuring.branching import (
     TO_RIM,
     TO_STAY,
     TO_WAY_OUT,
     Held,
+    Order,
     branches,
     choices_of,
     future_of,
     own_kind,
+    play_searching,
     play_to_the_end,
     players_of,
     saved,
+    search,
     worth_of,
 )
 from reference.workshop.storage.workers import one_thread
@@ -146,7 +149,7 @@ def test_a_choice_is_held_for_some_decisions_of_one_robot():
 
     sim = stage(HALL.replace("E.........p", "E.....R...p"))
     robots = sim.world.robots
-    held = Held(Own(), {robots[1].body: (1.0, 2.0)}, decisions=2)
+    held = Held(Own(), {robots[1].body: Order((1.0, 2.0), 2)})
     answers = [held.decide(sim.world, robots, None) for _ in range(3)]
     sent = [(0.0, 0.0), (1.0, 2.0)]
     assert answers == [sent, sent, [(0.0, 0.0), (0.0, 0.0)]]
@@ -171,7 +174,7 @@ def test_the_own_decision_gains_exactly_nothing():
     (robot,) = sim.world.robots
     choices = choices_of(sim, robot)
     near = min(choices, key=lambda choice: choice.point[0])
-    sim.robot_strategy = Held(sim.robot_strategy, {robot.body: near.point}, 99)
+    sim.robot_strategy = Held(sim.robot_strategy, {robot.body: Order(near.point, 99)})
     assert own_kind(sim, robot, choices) == near.kind == TO_WAY_OUT
     own, same = saved(branches(sim, robot, [None, near], 4, (1, 2, 3)))
     assert own.tolist() == same.tolist()
@@ -193,6 +196,34 @@ def test_what_changes_nothing_is_not_played_again(monkeypatch):
     sim.world.bodies.pace[:] = 0
     worth = worth_of(sim, sim.world.robots[0], 4, ROUNDS)
     assert worth.best is None and len(begun) == 1
+
+
+def test_robots_that_search_lead_to_the_exit_that_is_near_enough():
+    """A team that never leads anybody saves nobody."""
+    usual = hall()
+    to_the_end([usual])
+    searching = hall()
+    chosen = play_searching(searching, 4, (1, 2), np.random.default_rng(1))
+    assert chosen == 1
+    assert searching.outcome().evacuated == 3 > usual.outcome().evacuated == 0
+
+
+def test_a_robot_that_searches_knows_where_those_before_it_are_sent(monkeypatch):
+    """The first leads out, in all futures of the second, which finds nothing to do."""
+    searches = []
+
+    def noted(run, robot, decisions, rounds, mates):
+        found = search(run, robot, decisions, rounds, mates)
+        searches.append((robot.number, dict(mates), found.best))
+        return found
+
+    monkeypatch.setattr(branching, "search", noted)
+    sim = stage(HALL.replace("r.........", "r........R"), time_limit=12.0)
+    (first, _) = sim.world.robots
+    play_searching(sim, 99, (1, 2), np.random.default_rng(1))
+    (_, _, best), second = searches
+    assert best.kind == TO_WAY_OUT
+    assert second == (1, {first.body: Order(best.point, 99)}, None)
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """Scripts beside `experiment` play what they say, and tell what they found."""
 
+from pathlib import Path
 from subprocess import PIPE
 
 import pytest
@@ -74,3 +75,15 @@ def test_parts_of_the_noise_make_the_whole(tmp_path):
     assert [lines[k].split(":")[0] for k in heads] == ["busiest", "random"]
     shares = [float(line[36:].split()[0]) for line in lines[1 : heads[1]]]
     assert len(shares) == 8 and sum(shares) == pytest.approx(100, abs=0.5)
+
+
+def test_robots_that_search_are_played_beside_their_own_team():
+    """Once: what is in the table is told, not played again."""
+    asked = ("search.csv", "--building", "tiny", "--base", "observer")
+    asked += ("--fires", "random", "--evacuations", "1", "--futures", "1", "1")
+    lines = told("robots_that_search.py", *asked)
+    assert lines[1].split()[:5] == ["observer", "random", "4", "1+1", "1"]
+    (table,) = Path.cwd().glob("*.csv")
+    before = table.read_bytes()
+    assert told("robots_that_search.py", *asked) == lines
+    assert table.read_bytes() == before

@@ -214,62 +214,72 @@ def measured(job):
 # -- Many ---------------------------------------------------------------------------
 
 
-def read_rows(path):
-    """The rows of a table, as they came."""
+def read_rows(path, kind=Row):
+    """The rows of a table, as they came; kind: the record that each is."""
 
     def made(cells):
-        kinds = Row.__annotations__
-        return Row(**{name: kinds[name](cell) for name, cell in cells.items()})
+        kinds = kind.__annotations__
+        return kind(**{name: kinds[name](cell) for name, cell in cells.items()})
 
-    return read_table(path, Row._fields, made)
+    return read_table(path, kind._fields, made)
 
 
 def play(asked):
-    """Measure what is not in the table yet, until all is there or time is up."""
-    path = Path(asked.table)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    rows = read_rows(path)
-    there = {row[: len(Job._fields)] for row in rows}
-    table = Table(path, Row._fields, [row._asdict() for row in rows])
-
-    # one decision of each, then the next: wherever it stops, all have as many
+    """Measure decisions: one of each cell, then the next, so that all have as many."""
     seeds = range(asked.seed, asked.seed + asked.decisions)
     each = product(seeds, asked.held, asked.base, asked.fires)
-    jobs = (
+    jobs = [
         Job(asked.building, asked.where, held, base, fire, seed)
         for seed, held, base, fire in each
-    )
-    left = [job for job in jobs if job not in there]
-    print(f"{len(rows)} rows are there; {len(left)} to play", file=sys.stderr)
-
-    make_ready()
-    spent = 0.0
-    for row in results(left, asked.workers):
-        table.append([row._asdict()])
-        spent += row.seconds
+    ]
+    for row in measure_all(Row, measured, jobs, asked):
         print(
             f"{row.base} {row.fire} {row.seed} held {row.held}: {row.kind} "
             f"{row.gain:+.2f}, {row.seconds:.1f} s",
             file=sys.stderr,
         )
+
+
+def measure_all(kind, measure, jobs, asked):
+    """Measure what is not in the table yet, until all is there or time is up.
+
+    kind     of the rows, which begin with their job, and say how many seconds it took
+    measure  what comes of a job: a row, or None
+    asked    table, workers and minutes
+    Yields rows as they come; each is in the table by then.
+    """
+    path = Path(asked.table)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    rows = read_rows(path, kind)
+    there = {tuple(row[: len(jobs[0])]) for row in rows}
+    table = Table(path, kind._fields, [row._asdict() for row in rows])
+    left = [job for job in jobs if job not in there]
+    print(f"{len(rows)} rows are there; {len(left)} to play", file=sys.stderr)
+
+    make_ready()
+    spent = 0.0
+    for row in results(measure, left, asked.workers):
+        table.append([row._asdict()])
+        yield row
+        spent += row.seconds
         if spent >= 60 * asked.minutes:
             print("time is up; go on with the same command", file=sys.stderr)
             break
 
 
-def results(jobs, workers):
+def results(measure, jobs, workers):
     """Yield rows as they come."""
-    if workers == 1:
-        yield from filter(None, map(measured, jobs))
+    if workers <= 1:
+        yield from filter(None, map(measure, jobs))
         return
     left = iter(jobs)
     with ProcessPoolExecutor(workers) as pool:
-        going = {pool.submit(measured, job) for job in islice(left, workers)}
+        going = {pool.submit(measure, job) for job in islice(left, workers)}
         try:
             while going:
                 done, going = wait(going, return_when=FIRST_COMPLETED)
                 more = islice(left, len(done))
-                going |= {pool.submit(measured, job) for job in more}
+                going |= {pool.submit(measure, job) for job in more}
                 rows = [future.result() for future in done]
                 yield from filter(None, rows)
         finally:

@@ -11,10 +11,12 @@ all choices in a few, the best in more; and what was chosen is measured in fresh
     own  what the team's strategy decides if nobody interferes;  S  futures
 """
 
+import itertools
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator as Rng
@@ -78,28 +80,38 @@ class Worth:
     gain_error: float = 0.0
 
 
+class Order(NamedTuple):
+    """Where a robot is sent, and for how many decisions; None: it goes on."""
+
+    point: Destination | None
+    decisions: int
+
+
+Orders = Mapping[int, Order]
+"""Who is sent where, by body."""
+
+
 class Held:
     """Do as another strategy, but send some robots elsewhere for some decisions."""
 
-    def __init__(
-        self,
-        strategy: RobotStrategy,
-        sent: Mapping[int, Destination | None] | None = None,
-        decisions: int = 0,
-    ):
-        """sent: where each of these bodies goes; None: it keeps its destination."""
+    def __init__(self, strategy: RobotStrategy, orders: Orders | None = None):
         self.strategy: Any = strategy
-        self.sent = sent or {}
-        self.left = decisions
+        self.orders = dict(orders or {})
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Ask the strategy for all, and overrule it for those who are sent."""
         answers = self.strategy.decide(world, robots, rng)
-        if not self.left:
-            return answers
-        self.left -= 1
-        each = zip(robots, answers, strict=True)
-        return [self.sent.get(robot.body, to) for robot, to in each]
+        destinations = []
+        for robot, answer in zip(robots, answers, strict=True):
+            order = self.orders.get(robot.body)
+            destinations.append(order.point if order else answer)
+
+        self.orders = {
+            body: order._replace(decisions=order.decisions - 1)
+            for body, order in self.orders.items()
+            if order.decisions > 1
+        }
+        return destinations
 
 
 # -- What may be chosen -------------------------------------------------------------
@@ -191,33 +203,37 @@ def branches(
     choices: Sequence[Choice | None],
     decisions: int,
     seeds: Sequence[int],
+    mates: Orders = MappingProxyType({}),
 ) -> list[list[Simulation]]:
     """Play each choice to its end in the same futures: [choice][future].
 
     choices: None for the own decision;  decisions: for how many a point is held
+    mates: where others are sent meanwhile
     """
-    sent = [{robot.body: choice.point} if choice else {} for choice in choices]
-    return played_on(run, sent, decisions, seeds)
+    orders = []
+    for choice in choices:
+        own = {robot.body: Order(choice.point, decisions)} if choice else {}
+        orders.append({**mates, **own})
+    return played_on(run, orders, seeds)
 
 
 def played_on(
     run: Simulation,
-    sent: Sequence[Mapping[int, Destination | None]],
-    decisions: int,
+    orders: Sequence[Orders],
     seeds: Sequence[int],
     sample: bool = False,
 ) -> list[list[Simulation]]:
-    """Send robots to places for some decisions, and play to the end: [places][future].
+    """Send robots to places, and play to the end: [orders][future].
 
-    sent: by body, as `Held` takes them;  sample: as in `play_to_the_end`
+    sample: as in `play_to_the_end`
     """
     by_future = []
     for seed in seeds:
         future = future_of(run, seed)
-        copies = [future.copy() for _ in sent]
-        for copy, places in zip(copies, sent, strict=True):
+        copies = [future.copy() for _ in orders]
+        for copy, given in zip(copies, orders, strict=True):
             own = copy.robot_strategy.strategy  # type: ignore[attr-defined]
-            copy.robot_strategy = Held(own, places, decisions)
+            copy.robot_strategy = Held(own, given)
         by_future.append(copies)
 
     going = [copy for copies in by_future for copy in copies]
@@ -277,17 +293,39 @@ def _ask(side: Side, player: Any, runs: Sequence[Simulation], sample: bool) -> N
 # -- Its worth ----------------------------------------------------------------------
 
 
-def worth_of(
-    run: Simulation, robot: Robot, decisions: int, rounds: Sequence[Sequence[int]]
-) -> Worth:
-    """Find the best choice for a robot now, and what it is worth.
+class Found(NamedTuple):
+    """What a search has found for a robot.
 
-    run     stopped at a decision
-    rounds  three: the seeds of the futures of each
+    choices  how many there were;  best  None: the own decision
+    more     (S,) people whom the best saves beyond the own, where it was chosen
     """
-    sift, choose, measure = rounds
+
+    choices: int
+    best: Choice | None = None
+    more: np.ndarray = np.zeros(1)
+
+    @property
+    def believed_in(self) -> bool:
+        """Whether the best seems better by more than twice its standard error."""
+        mean, error = mean_and_error(self.more)
+        return self.best is not None and mean > 2 * error
+
+
+def search(
+    run: Simulation,
+    robot: Robot,
+    decisions: int,
+    rounds: Sequence[Sequence[int]],
+    mates: Orders = MappingProxyType({}),
+) -> Found:
+    """Find the best choice for a robot now, held for some decisions.
+
+    run     stopped at a decision;  mates: where others are sent meanwhile
+    rounds  two: the seeds of the futures of each
+    """
+    sift, choose = rounds
     choices = choices_of(run, robot)
-    own, *played = branches(run, robot, [None, *choices], decisions, sift)
+    own, *played = branches(run, robot, [None, *choices], decisions, sift, mates)
 
     # the same events in all futures: the own decision under another name
     others = [
@@ -296,25 +334,76 @@ def worth_of(
         if any(a.events != b.events for a, b in zip(own, runs, strict=True))
     ]
     if not others:
-        return Worth(len(choices))
+        return Found(len(choices))
     means = saved([runs for _, runs in others]).mean(axis=1)
     first = np.argsort(-means, kind="stable")[:SIFTED]
     best = [others[k][0] for k in first]
 
-    means = saved(branches(run, robot, [None, *best], decisions, choose))
+    means = saved(branches(run, robot, [None, *best], decisions, choose, mates))
     more = means[1:] - means[0]
     k = int(more.mean(axis=1).argmax())
     if more[k].mean() <= 0:
-        return Worth(len(choices))
+        return Found(len(choices))
+    return Found(len(choices), best[k], more[k])
 
-    fresh = saved(branches(run, robot, [None, best[k]], decisions, measure))
-    gain = fresh[1] - fresh[0]
+
+def worth_of(
+    run: Simulation, robot: Robot, decisions: int, rounds: Sequence[Sequence[int]]
+) -> Worth:
+    """Find the best choice for a robot now, and what it is worth in fresh futures.
+
+    run     stopped at a decision
+    rounds  three: the seeds of the futures of each
+    """
+    *searching, measure = rounds
+    found = search(run, robot, decisions, searching)
+    if found.best is None:
+        return Worth(found.choices)
+    own, best = saved(branches(run, robot, [None, found.best], decisions, measure))
     return Worth(
-        len(choices),
-        best[k],
-        *mean_and_error(more[k]),
-        *mean_and_error(gain),
+        found.choices,
+        found.best,
+        *mean_and_error(found.more),
+        *mean_and_error(best - own),
     )
+
+
+def play_searching(
+    run: Simulation, decisions: int, futures: Sequence[int], rng: Rng
+) -> int:
+    """Play a run to its end with robots that search; count what they chose so.
+
+    Every so many decisions robots search one after the other, and each knows where
+    those before it are sent.  One goes where it believes in, until the next search.
+
+    futures: how many each of the two rounds of `search` has;  rng: draws their seeds
+    """
+    team: Any = run.robot_strategy
+    held = Held(team)
+    count = 0
+    for decision in itertools.count():
+        if run.done:
+            return count
+        if decision % decisions == 0:
+            held.orders = _searched(run, decisions, futures, rng)
+            count += len(held.orders)
+        run.robot_strategy = held
+        together([run])
+        run.robot_strategy = team
+
+
+def _searched(
+    run: Simulation, decisions: int, futures: Sequence[int], rng: Rng
+) -> dict[int, Order]:
+    """Search for each robot in turn: where those go who believe in something better."""
+    orders = dict[int, Order]()
+    for robot in run.world.robots:
+        if robot.active:
+            rounds = [rng.integers(2**62, size=size).tolist() for size in futures]
+            found = search(run, robot, decisions, rounds, orders)
+            if found.best and found.believed_in:
+                orders[robot.body] = Order(found.best.point, decisions)
+    return orders
 
 
 def mean_and_error(values: np.ndarray) -> tuple[float, float]:

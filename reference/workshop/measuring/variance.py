@@ -21,6 +21,7 @@ from reference.game.codec import Moment, decided
 from reference.game.observations import robots_at_work
 from reference.simulation import Simulation
 from reference.workshop.measuring.branching import (
+    Order,
     played_on,
     players_of,
     saved,
@@ -61,19 +62,20 @@ def crossed(
     own = [_drawn(run, player, rng) for _ in range(actions)]
     mates = [_drawn(run, player, rng) for _ in range(actions)]
     body = robot.body
-    sent = [others | {body: mine[body]} for mine in own for others in mates]
-    people = saved(played_on(run, sent, 1, seeds, sample=True))
+    orders = [others | {body: mine[body]} for mine in own for others in mates]
+    people = saved(played_on(run, orders, seeds, sample=True))
     return people.reshape(actions, actions, len(seeds)).astype(float)
 
 
-def _drawn(run: Simulation, player: Any, rng: Rng) -> dict[int, Any]:
-    """Draw an action for each robot: where its body is sent."""
+def _drawn(run: Simulation, player: Any, rng: Rng) -> dict[int, Order]:
+    """Draw an action for each robot: where its body is sent, once."""
     world = run.world
     (vectors,) = player.codec.observe([world])
     moment = Moment(vectors, robots_at_work(world), world, rng)
     (rows,), _ = player.act([moment])
     bodies = [robot.body for robot in world.robots]
-    return dict(zip(bodies, map(decided, rows), strict=True))
+    orders = [Order(decided(row), 1) for row in rows]
+    return dict(zip(bodies, orders, strict=True))
 
 
 def components(results: np.ndarray) -> dict[str, float]:
