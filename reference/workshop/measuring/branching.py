@@ -11,7 +11,6 @@ all choices in a few, the best in more; and what was chosen is measured in fresh
     own  what the team's strategy decides if nobody interferes;  S  futures
 """
 
-import itertools
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -380,16 +379,18 @@ def play_searching(
     """
     team: Any = run.robot_strategy
     held = Held(team)
-    count = 0
-    for decision in itertools.count():
-        if run.done:
-            return count
-        if decision % decisions == 0:
+    chosen = 0
+    passed = 0
+    while not run.done:
+        if passed % decisions == 0:
             held.orders = _searched(run, decisions, futures, rng)
-            count += len(held.orders)
+            chosen += len(held.orders)
+        passed += 1
+
         run.robot_strategy = held
         together([run])
         run.robot_strategy = team
+    return chosen
 
 
 def _searched(
