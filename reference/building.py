@@ -41,7 +41,11 @@ class Kind(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Area:
-    """A room, or one storey of a stairwell; cells: (k, 2) rows and columns."""
+    """A room, or one storey of a stairwell.
+
+    cells   (k, 2) rows and columns
+    centre  their mean, metres: outside the room, if that bends
+    """
 
     index: int
     id: str

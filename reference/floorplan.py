@@ -88,7 +88,7 @@ class _Reader:
         if building := HEADING_PATTERNS["building"].fullmatch(code):
             self.title = building[1]
         elif size := HEADING_PATTERNS["size"].fullmatch(code):
-            self.size = int(size[1]), int(size[2])
+            self._size(int(size[1]), int(size[2]))
         elif floor := HEADING_PATTERNS["floor"].fullmatch(code):
             self._end_floor()
             follows = len(self.storeys) + 1
@@ -104,14 +104,24 @@ class _Reader:
         """The whole drawing, once all its lines are read."""
         self._end_floor()
         if not self.title or not self.storeys:
-            raise FloorPlanError("no building" if self.storeys else "no floor is drawn")
+            missing = "floor 1: NAME" if self.title else "building: NAME"
+            raise FloorPlanError(f"write '{missing}' above the drawing")
         storeys = [Storey(name, tuple(rows)) for name, rows in self.storeys]
         return Drawing(self.title, *self.size, tuple(storeys))
+
+    def _size(self, columns: int, rows: int) -> None:
+        if any(self.size):
+            raise FloorPlanError("the size of all floors is written once")
+        if not columns or not rows:
+            raise FloorPlanError("a floor has at least one column and one row")
+        self.size = columns, rows
 
     def _row(self, code: str) -> None:
         width = self.size[0]
         if not self.storeys:
             raise FloorPlanError("this row stands before any floor")
+        if not width:
+            raise FloorPlanError("write 'size: COLUMNS x ROWS' above the first floor")
         if not _ROW.fullmatch(code):
             raise FloorPlanError("a sign here has no meaning in a drawing")
         if len(code) > width:

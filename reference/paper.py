@@ -4,7 +4,7 @@ Stated numbers carry only their clause; chosen ones and deviations say why they 
 what they are.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from numbers import Integral, Real
 from types import MappingProxyType
@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 # -- The building (Appendix A) ------------------------------------------------------
 
-FLOORS = 3  # [A1]
-BODY_SIZE = 40  # [A1] cells on each side of the main body seen from above
+FLOORS = 3  # [A1] as drawn in floors/paper.txt, which decides
+BODY_SIZE = 40  # [A1] cells on each side of the main body, as drawn there
 FLIGHT = 12.0  # [A3, chosen] metres of stairs and landing: a storey of 4 m, 30 degrees
 STAIRS_SPEED = 0.8  # [A9, chosen] m/s, mean; IMO MSC.1/Circ.1533: 0.64 to 1.07
 LOOK_AHEAD_METRES = 6  # [A7, chosen] the longest line tried to pull a way straight
@@ -306,11 +306,15 @@ class Scenario:
             if row.name in limit_of:
                 value = getattr(self, row.name)
                 refuse_beyond(row.name, value, limit_of[row.name], row.type is int)
+        if not isinstance(self.training, bool):
+            raise InputError(f"training is {self.training!r:.60}: give True or False")
+        for name in ("rooms", "people_per_floor"):
+            value = getattr(self, name)
+            if isinstance(value, str) or not isinstance(value, Sequence | None):
+                word = f"{value!r:.60}"
+                raise InputError(f"{name} is {word}: give a list, [{word}]")
         for count in self.people_per_floor or ():
             refuse_beyond("one of people_per_floor", count, limit_of["people"], True)
-        if isinstance(self.rooms, str):
-            word = f"{self.rooms!r:.60}"
-            raise InputError(f"rooms is {word}: give a list of ids, [{word}]")
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
         if self.people_per_floor is not None:

@@ -186,8 +186,8 @@ class Simulation:
         """Ask the robots' strategy at each decision, the fire's at every k-th.
 
         Both see the same world. Robots whose work is done are not asked [C8]. Returns
-        a destination per robot; None keeps the old. Raises InputError for a place that
-        is not finite.
+        a destination per robot; None keeps the old. Raises InputError for what is no
+        decision.
         """
         robots = self.world.robots
         decided: Destinations = [None] * len(robots)
@@ -196,9 +196,17 @@ class Simulation:
             team = [robots[k] for k in active]
             rng = self.rng["robots"]
             answers = self.robot_strategy.decide(self.world, team, rng)
+            if answers is None or len(answers) != len(team):
+                raise InputError(
+                    f"the robots' decide returned {answers!r:.60}: give a list, with "
+                    f"(x, y) or None for each of the {len(team)} robots at work"
+                )
             for k, answer in zip(active, answers, strict=True):
-                if answer is not None and not np.isfinite(answer).all():
-                    raise InputError(f"a robot is sent to {answer}, which is no place")
+                if answer is not None and not _is_numbers(answer, 2):
+                    raise InputError(
+                        f"a robot is sent to {answer!r:.60}, which is no place: give "
+                        "(x, y), metres, or None"
+                    )
                 decided[k] = answer
         if self.fire_turn:
             self._fire_decides()
@@ -210,6 +218,12 @@ class Simulation:
         decision = self.fire_strategy.decide(world, self.rng["fire"])
         if decision is None:
             return
+        floors = range(world.building.floors)
+        if not _is_numbers(decision, 3) or decision[0] not in floors:
+            raise InputError(
+                f"the fire decides for {decision!r:.60}, which is no place: give "
+                f"(floor, x, y), floor 0 to {floors[-1]} and metres, or None"
+            )
         event = self.generator.generate(world, decision)
         self.events.append(event)
         if isinstance(event, FireLit):
@@ -341,3 +355,12 @@ class Simulation:
 
     def _record(self, event: type[Event], *fields: object) -> None:
         self.events.append(event(self.world.time, *fields))
+
+
+def _is_numbers(value: object, count: int) -> bool:
+    """Tell whether a decision is so many finite numbers."""
+    try:
+        numbers = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return False
+    return numbers.shape == (count,) and bool(np.isfinite(numbers).all())

@@ -30,7 +30,6 @@ class Trajectory:
     vectors, grids and alive have T + 1 rows. The last row is observed after the last
     decision; for an agent that is done, it is its last observation. alive[T] marks
     agents that time cut off with something left to decide: they are bootstrapped [C8].
-    A head may have one log-probability for all components of an action.
     """
 
     vectors: np.ndarray  # (T + 1, G, V) float32, what each agent observes

@@ -30,7 +30,6 @@ class Player:
         scenario: Scenario,
         settings: TrainerSettings,
     ):
-        """Raises InputError where this side cannot play: a fire where nothing burns."""
         self.codec = settings.codec(side, building, scenario)
         self.actor = settings.network(Actor)(self.codec.sizes, settings).eval()
 

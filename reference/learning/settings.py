@@ -56,5 +56,5 @@ class TrainerSettings:
         return PolicyCodec(side, building, scenario)
 
     def network(self, kind: type[Network]) -> type[Network]:
-        """Return the class to build where the paper has this one: here, the same."""
+        """Return the class of network to build: this one, or a subclass's own."""
         return kind

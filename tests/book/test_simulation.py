@@ -2,7 +2,7 @@
 
 from copy import deepcopy
 from itertools import pairwise
-from math import dist, isnan
+from math import dist, inf, isnan, nan
 
 import numpy as np
 import pytest
@@ -62,16 +62,46 @@ def test_refuses_names_and_classes_where_objects_are_needed(given, told):
         Simulation(**{"building": shipped("tiny")} | given)
 
 
-@pytest.mark.parametrize("x", [float("nan"), float("inf")])
-def test_refuses_to_send_a_robot_nowhere(x):
+class Saying:
+    """Robots, or a fire, that always decide the same."""
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def decide(self, world, *asked):
+        return self.answer
+
+
+@pytest.mark.parametrize(
+    ("answer", "told"),
+    [
+        (None, r"returned None: give a list, with \(x, y\) or None for each of the 4"),
+        ([(1.0, 1.0)], r"returned \[\(1.0, 1.0\)\]: give a list"),
+        (
+            [(nan, 1.0)] * 4,
+            r"to \(nan, 1.0\), which is no place: give \(x, y\)",
+        ),
+        ([(inf, 1.0)] * 4, "which is no place"),
+        ([(1.0, 1.0, 0)] * 4, "which is no place"),
+        (["here"] * 4, "which is no place"),
+    ],
+)
+def test_refuses_to_send_robots_nowhere(answer, told):
     """A run that went on would end with figures that mean nothing."""
+    with pytest.raises(InputError, match=told):
+        Simulation(shipped("tiny"), robots=Saying(answer)).step()
 
-    class Nowhere:
-        def decide(self, world, robots, rng):
-            return [(x, 1.0) for _ in robots]
 
-    with pytest.raises(InputError, match=r"a robot is sent to .*, which is no place"):
-        Simulation(shipped("tiny"), robots=Nowhere()).step()
+@pytest.mark.parametrize(
+    "decision", [(2, 1.0, 1.0), (-1, 1.0, 1.0), (0, nan, 1.0), (1.0, 1.0), 7]
+)
+def test_refuses_a_fire_where_there_is_no_floor(decision):
+    """It would burn somewhere else, as an occupied place does [D6]."""
+    told = r"for .*, which is no place: give \(floor, x, y\), floor 0 to 1 and metres"
+    sim = Simulation(shipped("tiny"), fire=Saying(decision))
+    with pytest.raises(InputError, match=told):
+        for _ in ticks(sim):
+            pass
 
 
 # -- Invariants ---------------------------------------------------------------------

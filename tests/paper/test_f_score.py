@@ -121,6 +121,14 @@ def test_the_procedure_reproduces_the_papers_constants():
 
 
 @pytest.mark.paper("F12")
+@pytest.mark.parametrize("equal", [((50, 10), (20, 5)), ((50, 10), (50, 20))])
+def test_refuses_equal_cases_of_which_the_poorer_had_no_harder_fire(equal):
+    """Its ruler would reward easy fires."""
+    with pytest.raises(RulerError, match="the one with less reward had harder fires"):
+        calibrate(*POINTS, equal, [HARD])
+
+
+@pytest.mark.paper("F12")
 def test_all_cases_of_a_baseline_score_one_on_average():
     """Not the first of them alone."""
     cases = [HARD, (0.0, 1000.0), (12_000.0, 0.0)]

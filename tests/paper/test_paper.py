@@ -174,10 +174,24 @@ def test_says_which_number_makes_no_sense_and_what_would():
 @pytest.mark.parametrize("room", ["1/hall", ""])
 def test_refuses_a_word_where_a_list_of_rooms_is_needed(room):
     """Else each letter would be a room."""
-    told = f"^rooms is '{room}': give a list of ids, \\['{room}'\\]$"
+    told = f"^rooms is '{room}': give a list, \\['{room}'\\]$"
     with pytest.raises(InputError, match=told):
         Scenario(rooms=room)
     assert Scenario(rooms=[room]).rooms == (room,)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"rooms": 5}, r"rooms is 5: give a list, \[5\]"),
+        ({"people_per_floor": 5}, r"people_per_floor is 5: give a list, \[5\]"),
+        ({"training": "no"}, "training is 'no': give True or False"),
+    ],
+)
+def test_refuses_what_is_no_list_and_what_is_neither_true_nor_false(wrong, told):
+    """The word "no" would count as true."""
+    with pytest.raises(InputError, match=told):
+        Scenario(**wrong)
 
 
 def test_refuses_two_counts_of_people_that_differ():

@@ -542,6 +542,14 @@ def test_refuses_to_draw_what_has_no_picture(shown):
         drawing.draw(shown)
 
 
+@pytest.mark.parametrize("name", ["plan", "plan.jpg"])
+def test_refuses_to_write_a_picture_of_another_kind(name, tmp_path):
+    """Nothing is written."""
+    with pytest.raises(InputError, match=rf"{name}: write a \.png, \.svg or \.pdf"):
+        drawing.draw(shipped("tiny"), tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_page_of_two_names_both_and_gives_each_its_curves(simulation):
     """Who plays stands below the names; all curves end when nobody can be alive."""
     heads = ["nobody guides", "robots\nrobots: sweep, fetch"]

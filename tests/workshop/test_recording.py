@@ -77,6 +77,16 @@ def test_a_file_is_what_jupedsim_writes_in_version_2_and_more(recorded):
     assert frames == [(frame, key) for frame in range(run.ticks + 2)]
 
 
+def test_a_run_that_has_begun_is_recorded_from_there_on(tmp_path):
+    """As `animate` films it."""
+    run = begun()
+    for _ in range(10):
+        run.step()
+    record(run, tmp_path / "rest")
+    found = rows(tmp_path / "rest", 0)
+    assert min(frame for frame, _ in found) == 10
+
+
 def test_a_recording_shows_everybody_who_walks_in_every_tick(recorded):
     """As the same run without one; nobody on stairs, but who goes a moment longer."""
     folder, watched = recorded

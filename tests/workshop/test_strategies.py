@@ -342,6 +342,14 @@ class Usher:
         return group.point if group else world.building.landmarks[way.landmark].position
 
 
+def test_who_follows_a_long_chain_follows_its_head():
+    """Each follows the one before; the first follows the robot."""
+    sim = stage("E.Rpqrstuvw.#", follows="pR qp rq sr ts ut vu wv")
+    assert set(guided_by(sim.world).tolist()) == {sim.world.robots[0].body}
+    sim.world.bodies.leader[0] = NOBODY
+    assert guided_by(sim.world).tolist() == [NOBODY, 0, 0, 0, 0, 0, 0, 0]
+
+
 def test_a_guide_of_ones_own_is_put_together_from_three_functions():
     """Where `sweep` goes on to fetch q, r and s, this one leads p out."""
     for follows, column in (("", 10), ("pR", 0)):

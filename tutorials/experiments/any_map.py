@@ -65,7 +65,8 @@ def generated_places(folder, number, first):
 
 
 def room_in(path):
-    """How many people fit without a crowd, as in trainings."""
+    """How many people fit without a crowd: some more than in trainings, which count
+    no doors, stairs and exits."""
     building = load(str(path))
     return max(
         1, int(building.walkable.sum(axis=(1, 2)).min()) * building.floors // ROOM

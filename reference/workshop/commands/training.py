@@ -46,7 +46,7 @@ NO_LEVELS = "No lines of none and escort to compare with"
     options.option(
         "--preset",
         "tiny: seconds, in a small building; laptop: minutes; any: robots for any "
-        "building, an hour; paper: Tables I and II, hours; default: laptop",
+        "building, hours; paper: Tables I and II, hours; default: laptop",
         choices=tuple(PRESETS),
     ),
     options.option(

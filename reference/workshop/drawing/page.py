@@ -22,6 +22,7 @@ from matplotlib.patches import Patch
 from numpy.typing import ArrayLike
 
 from reference.building import Building, Kind
+from reference.paper import InputError
 from reference.workshop.storage.files import write_whole
 
 COLOURS = {
@@ -81,9 +82,11 @@ def pause(seconds: float) -> None:
 def save(figure: Figure, path: str | Path) -> Path:
     """Write a figure as .png, .svg or .pdf; all of it, or nothing.
 
-    Raises ValueError for another suffix, OSError where the path cannot be written.
+    Raises InputError for another suffix, OSError where the path cannot be written.
     """
     target = Path(path)
+    if target.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise InputError(f"{target}: write a .png, .svg or .pdf")
     content = BytesIO()  # first of all in memory: a full disk leaves nothing half-made
     figure.savefig(content, format=target.suffix[1:].lower())
     write_whole(target, content.getbuffer())

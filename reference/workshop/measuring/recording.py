@@ -120,7 +120,9 @@ class _Recorder:
         bodies = self.simulation.world.bodies
         tick = self.simulation.ticks
         position = bodies.position.copy()
-        position[self.walked] = self.simulation.walked_to  # before stairs took any in
+        if len(self.walked):  # none before the first tick that is recorded
+            # before stairs took any in
+            position[self.walked] = self.simulation.walked_to
         step = position - self.position
         far = lengths(step)[:, None]
         self.heading = np.where(far > 0, step / np.maximum(far, 1e-9), self.heading)

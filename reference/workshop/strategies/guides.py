@@ -355,8 +355,10 @@ def guided_by(world: World) -> np.ndarray:
     leader = world.bodies.leader
     leader_of = np.append(leader, NOBODY)  # robots, like nobody, have no leader
     head = leader
-    for _ in range(4):  # from my leader to my leader's leader
+    for _ in leader:  # a chain of leaders has no more links
         above = leader_of[np.minimum(head, len(leader))]
+        if (above < 0).all():
+            break
         head = np.where(above >= 0, above, head)
     return head
 

@@ -147,9 +147,10 @@ def guess_guides(
     """Guess who leads whom [C1, chosen]: (..., n) index of a robot, or NOBODY.
 
     robots (..., R), people (..., n): places; at_work (..., R), walking (..., n) bool.
-    It is the nearest robot at work, if that is within sight, measured on foot and
-    without flames. In the paper's building this is right nineteen times in twenty; of
-    eight robots in a small office it finds the wrong one for every second person led.
+    It is the nearest robot at work, if that is within SIGHT_RANGE, measured on foot and
+    without flames; robots do not observe whether people see farther. In the paper's
+    building this is right nineteen times in twenty; of eight robots in a small office
+    it finds the wrong one for every second person led.
     """
     if not robots.shape[-1]:
         return np.full(people.shape, NOBODY)

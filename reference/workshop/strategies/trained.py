@@ -78,6 +78,21 @@ class Trained(ABC):
         self.refuse_elsewhere(building, scenario)
         return self
 
+    def refuse_world(self, world: World) -> None:
+        """Raise InputError for a world in which it does not play now."""
+        building = self.building
+        here = world.building
+        same = here is building or same_cells(here.drawing, building.drawing)
+        people = sum(self.scenario.start_counts(building.floors))
+        robots = self.scenario.robots_per_floor * building.floors
+        counts = len(world.bodies), len(world.robots)
+        if not same or counts != (people, robots):
+            raise InputError(
+                f"{self.title or self.name}: this policy plays in {building.title}, "
+                f"with {people} people and {robots} robots: take what its "
+                "`playing_in(building, scenario)` returns"
+            )
+
     @abstractmethod
     def decisions(self, vectors: np.ndarray, world: World, rng: Rng) -> list[Any]:
         """A decision for each agent of the side, from (G, V) observations."""
@@ -92,6 +107,7 @@ class TrainedRobots(Trained):
         """Choose the next destination of each of these robots, metres."""
         if not robots:
             return []
+        self.refuse_world(world)
         layout = vector_layout(world.building, self.scenario)
         (vectors,) = robot_vectors([world], layout)
         decided = self.decisions(vectors, world, rng)
@@ -106,6 +122,7 @@ class TrainedFire(Trained):
 
     def decide(self, world: World, rng: Rng) -> Decision:
         """Choose floor and metres of the next source."""
+        self.refuse_world(world)
         layout = vector_layout(world.building, self.scenario)
         (vectors,) = fire_vectors([world], layout)
         decided: Decision = self.decisions(vectors, world, rng)[0]
