@@ -131,8 +131,7 @@ class Spread:
         beside = cells_beside(self.building, burning)
         heat = np.where(beside, paper.HEAT_LOSS, 0.0)
         flames.harm = np.where(burning, paper.BURN_LOSS, heat)  # [B7]
-        detour = np.where(beside, paper.HEAT_COST, 1.0)
-        flames.cost = np.where(burning, paper.BURN_COST, detour)  # [C5]
+        flames.cost = cost_of_flames(burning, beside)
 
         coming = np.where(burning, ends, flames.arrival)
         return float(coming[~flames.ash].min(initial=inf))
@@ -182,6 +181,12 @@ def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
 
 
 # -- Who decides --------------------------------------------------------------------
+
+
+def cost_of_flames(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """What a metre on foot costs in cells that burn and in those beside them [C5]."""
+    detour = np.where(beside, paper.HEAT_COST, 1.0)
+    return np.where(burning, paper.BURN_COST, detour)
 
 
 class FireStrategy(Protocol):

@@ -29,7 +29,7 @@ class Follower:
             return switch_mode(me)  # 3, which ends the pass [B5, chosen]
         if leader_in_sight(me, observe):  # 5
             setoff = towards_leader(me, observe)  # 6
-            if me.told is not None:  # 7: people say nothing
+            if leader_is_robot(me):  # 7
                 setoff = act_on_instruction(me, observe, setoff)  # 8
             return setoff
         return disconnect(me, observe)  # 10, 11
@@ -80,6 +80,11 @@ def stuck(me: Mind, observe: View) -> bool:
     """Has this human tried to move without headway for STUCK_SECONDS? [B5, chosen]"""
     halted = observe.time - observe.halted_since > paper.STUCK_SECONDS + 1e-9
     return halted or observe.time < me.waits_until
+
+
+def leader_is_robot(me: Mind) -> bool:
+    """Did the leader say where to go when last in sight? People say nothing [B5]."""
+    return me.told is not None
 
 
 def exit_in_view(observe: View) -> int | None:
@@ -250,7 +255,7 @@ def look_again(me: Mind, observe: View) -> Goal:
     if me.goal.aim is Aim.DIRECTION and not observe.burns_towards(me.goal.place):
         ways.add(me.goal.place)
     for place in reversed(me.been):  # the latest first
-        older = ways - observe.overlooked(place)
+        older = ways - observe.seen_on_all_sides(place)
         if not older:
             break
         ways = older

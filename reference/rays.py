@@ -181,7 +181,7 @@ class Sight:
         return self.in_line(p, holes).union(self._stops(p, holes), ends)
 
     @kept
-    def overlooked(self, p: int) -> frozenset[int]:
+    def seen_on_all_sides(self, p: int) -> frozenset[int]:
         """Places in line of sight, all of whose walkable neighbours are, too."""
         line = self.in_line(p, NO_HOLES)
         cols = self.navigation.cols

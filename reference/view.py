@@ -59,9 +59,9 @@ class View:
         line = self._sight.in_line(self.place, self.holes)
         return line & self._sight.rooms or line
 
-    def overlooked(self, place: int) -> frozenset[int]:
+    def seen_on_all_sides(self, place: int) -> frozenset[int]:
         """What was in line of sight from a place, without its border."""
-        return self._sight.overlooked(place)
+        return self._sight.seen_on_all_sides(place)
 
     def nearest(self, places: Iterable[int]) -> int:
         """The nearest of some places; one's own place if there are none."""

@@ -390,7 +390,7 @@ class MAPOCA(PPO):
 UPDATES = 20
 EPISODES = 40
 SEEDS = 3
-LARGER = Settings(0.95, 0.9, learning_rate=0.0003, batch_size=125, hidden=64)
+LARGER = Settings(gamma=0.95, lam=0.9, learning_rate=0.0003, batch_size=125, hidden=64)
 
 
 def trained(kind: Any, seed: int, module: str = "", updates: int = UPDATES) -> Any:

@@ -102,7 +102,7 @@ class PolicyCodec:
         return np.concatenate([raw[..., AXES:], metres], axis=-1)
 
 
-def decided(row: np.ndarray) -> Any:
+def decision_in(row: np.ndarray) -> Any:
     """Read a decision, (A,): x, y of a robot, None for nan; floor, x, y of the fire."""
     if np.isnan(row).all():
         return None

@@ -94,16 +94,16 @@ def decisions_of(t: Trajectory) -> Decisions:
 def segments(alive: np.ndarray, horizon: int) -> Iterator[tuple[int, int, list[int]]]:
     """Cut each agent's decisions into segments [E3, agent_processor.py].
 
-    alive: (T + 1, G). Yields a segment's first decision, the one after its last, at
-    most `horizon` later, and all agents that share this segment.
+    alive: (T + 1, G), True from an agent's first decision to its last. Yields where a
+    segment starts and stops, at most `horizon` later, and all agents that share it.
     """
     lives = alive[:-1].sum(axis=0)
-    for first in range(0, int(lives.max(initial=0)), horizon):
-        there = lives > first
-        ends = np.minimum(lives, first + horizon)
-        for last in np.unique(ends[there]).tolist():
-            agents = np.flatnonzero(there & (ends == last))
-            yield first, last, agents.tolist()
+    for start in range(0, int(lives.max(initial=0)), horizon):
+        there = lives > start
+        stops = np.minimum(lives, start + horizon)
+        for stop in np.unique(stops[there]).tolist():
+            agents = np.flatnonzero(there & (stops == stop))
+            yield start, stop, agents.tolist()
 
 
 def minibatches(

@@ -164,19 +164,19 @@ class Learner:
         spans = list(segments(t.alive, self.settings.time_horizon))
 
         # values
-        ends = sorted({last - 1 for _, last, _ in spans})
+        ends = sorted({stop - 1 for _, stop, _ in spans})
         decisions.values, decisions.baselines, following = self.values(t, ends)
         next_values = torch.zeros_like(decisions.values)
         next_values[ends] = following
 
         # targets, segment by segment
-        for first, last, agents in spans:
-            span = slice(first, last)
+        for start, stop, agents in spans:
+            span = slice(start, stop)
             A, R = self.targets(
                 rewards[span, None].expand(-1, len(agents)),
                 decisions.values[span, agents],
                 decisions.baselines[span, agents],
-                next_values[last - 1, agents],
+                next_values[stop - 1, agents],
             )
             decisions.advantages[span, agents] = A
             decisions.returns[span, agents] = R

@@ -12,7 +12,7 @@ import numpy as np
 
 from reference.building import Building, building_of
 from reference.fire import FireStrategy
-from reference.game.codec import Moment, decided
+from reference.game.codec import Moment, decision_in
 from reference.game.environment import AgentFire, AgentRobots, until_next_decision
 from reference.game.observations import robots_at_work
 from reference.learning.experience import Record, Trajectory
@@ -154,7 +154,7 @@ class _RunningEpisode:
 
     def choose(self, side: Side, chosen: np.ndarray, record: Record) -> None:
         """Take a decision, and record it with no reward yet."""
-        self.agents[side].chosen = list(map(decided, chosen))
+        self.agents[side].chosen = list(map(decision_in, chosen))
         if side in self.records:
             self.records[side].append(record | {"rewards": np.zeros(())})
 

@@ -9,7 +9,7 @@ from lives import settings
 
 from reference.building import building_of
 from reference.fire import NoFire, RandomFire
-from reference.game.codec import PolicyCodec, decided
+from reference.game.codec import PolicyCodec, decision_in
 from reference.game.environment import FIRE, Environment
 from reference.game.observations import from_normalised, robots_at_work, vector_layout
 from reference.learning.adversarial import adversarial_rounds, learner_for, player_of
@@ -142,4 +142,4 @@ def test_a_gaussian_fire_s_branch_is_a_floor(name):
     raw = np.array([[[6.0, -1.5, k]] for k in range(building.floors)])
     rows = PolicyCodec("fire", building, SCENARIO).actions(raw, [])[:, 0]
     x, y = from_normalised(building, np.array([1.0, -0.5])).tolist()
-    assert list(map(decided, rows)) == [(k, x, y) for k in range(building.floors)]
+    assert list(map(decision_in, rows)) == [(k, x, y) for k in range(building.floors)]

@@ -10,7 +10,7 @@ import torch
 from torch.distributions import Independent, MixtureSameFamily
 
 from reference.fire import burnable
-from reference.game.codec import Moment, decided
+from reference.game.codec import Moment, decision_in
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.networks import REFUSED, Actor
 from reference.learning.settings import SIDES
@@ -136,7 +136,7 @@ def test_the_fires_anchors_stand_beside_all_ways_and_can_burn(name):
     fire = preset("laptop").fire.codec("fire", building, scenario)
     assert len(fire.anchors) == len(building.landmarks)
     for anchor, mark in zip(fire.anchors, building.landmarks, strict=True):
-        floor, x, y = decided(fire.actions(anchor, []))
+        floor, x, y = decision_in(fire.actions(anchor, []))
         assert floor == mark.floor
         assert np.hypot(*np.subtract((x, y), mark.position)) < 8
         assert burnable(building).ravel()[navigation_of(building).place(floor, x, y)]

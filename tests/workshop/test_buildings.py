@@ -21,10 +21,10 @@ from reference.workshop.comparing import runs
 from reference.workshop.comparing.buildings import (
     begin_in_buildings,
     compare_buildings,
+    format_interval,
     play_in_buildings,
     resume_in_buildings,
     table_of_buildings,
-    written,
 )
 from reference.workshop.comparing.intervals import Interval, interval_of_mean
 from reference.workshop.comparing.results import cell_as_json
@@ -222,7 +222,7 @@ WRITTEN = [
 @pytest.mark.parametrize(("interval", "how", "words"), WRITTEN)
 def test_a_figure_in_words(interval, how, words):
     """What rounds to 0 has no sign."""
-    assert written(interval and Interval(*interval), **how) == words
+    assert format_interval(interval and Interval(*interval), **how) == words
 
 
 def test_programs_read_every_figure(huts):

@@ -11,7 +11,7 @@ from movies import shipped
 from trainings import begun, equal, room_for, tiny
 
 from reference.fire import RandomFire
-from reference.game.codec import Moment, decided
+from reference.game.codec import Moment, decision_in
 from reference.game.environment import AgentRobots, until_next_decision
 from reference.learning.rollouts import play
 from reference.paper import InputError
@@ -243,7 +243,7 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path):
         (vectors,) = policy.player.codec.observe([world])
         moment = Moment(vectors, np.ones(len(vectors), bool), world)
         (rows,), _ = policy.player.act([moment])
-        guided.robot_strategy.chosen = list(map(decided, rows))
+        guided.robot_strategy.chosen = list(map(decision_in, rows))
         until_next_decision([guided])
     assert alone.run() == guided.outcome()
 

@@ -13,8 +13,8 @@ from reference.workshop.engine import knows_all_rules
 from reference.workshop.engine.rows import (
     GROUND,
     IN_LINE,
-    OVERLOOKED,
     SEEN,
+    SEEN_ON_ALL_SIDES,
     cast_rays,
     sight_made_quickly,
 )
@@ -46,7 +46,9 @@ def compare(sight: Sight, tables: Tables, p: int, holes: frozenset[int]) -> None
     assert places_with(tables, number, p, SEEN) == sight.seen(p, holes)
     assert places_with(tables, number, p, GROUND) == (line & sight.rooms or line)
     if not holes:
-        assert places_with(tables, number, p, OVERLOOKED) == sight.overlooked(p)
+        assert places_with(
+            tables, number, p, SEEN_ON_ALL_SIDES
+        ) == sight.seen_on_all_sides(p)
     looked = tables.arrays.lists[row["looked"] : row["looked_end"]]
     assert looked.tolist() == sorted(sight.looked_at(p, holes))
     opens = tables.arrays.opens[row["opens"] : row["opens_end"]]

@@ -8,7 +8,7 @@ from movies import shipped, stage, wait
 
 from reference.building import Kind
 from reference.fire import RandomFire, burnable
-from reference.game.codec import decided
+from reference.game.codec import decision_in
 from reference.game.observations import vector_layout
 from reference.navigation import navigation_of
 from reference.paper import SIGHT_RANGE, Scenario
@@ -149,7 +149,7 @@ def test_to_keep_is_to_decide_once_more_what_was_decided(name):
                 continue
             assert allowed[k, KEEP] == bool(robot.way)
             if robot.way:
-                target = actual_target(sim.building, robot.floor, *decided(said[k]))
+                target = actual_target(sim.building, robot.floor, *decision_in(said[k]))
                 assert target == pytest.approx(tuple(robot.destination), abs=2e-3)
                 kept += 1
     assert kept > 3

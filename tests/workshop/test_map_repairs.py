@@ -15,7 +15,7 @@ from refusals import refusal
 
 from reference.__main__ import main
 from reference.workshop.maps import FINE, MistakesError, parse_map, to_text
-from reference.workshop.maps.repairs import obeyed, repaired
+from reference.workshop.maps.repairs import follow_hints, repair_text
 from reference.workshop.maps.wrapping import find_wrapping
 
 HERE = Path(__file__).parent / "maps"
@@ -51,7 +51,7 @@ def told(text):
 @pytest.mark.parametrize("path", CASES, ids=named)
 def test_a_plan_is_right_after_three_rounds_of_its_hints(path):
     """Whoever does what is said arrives, and at the plan that was meant."""
-    repair = repaired(path.read_text())
+    repair = repair_text(path.read_text())
     assert repair.left is None and len(repair.rounds) <= ROUNDS
     assert repair.text == path.with_suffix(".fixed").read_text()
 
@@ -62,7 +62,7 @@ def test_of_ten_disguises_of_a_map_nine_are_right_after_three_rounds(path):
     text = path.read_text()
     right = 0
     for number in range(10):
-        repair = repaired(disguise(text, number))
+        repair = repair_text(disguise(text, number))
         fine = repair.left is None and len(repair.rounds) <= ROUNDS
         right += fine and _differ(repair.text, text) <= 20
     assert right >= 9
@@ -122,7 +122,7 @@ def test_what_is_around_rows_or_between_signs_is_told_once_before_any_sign(
     """One message, the first; obeyed, the plan is as it was."""
     text = each_row(change)
     assert told(text) == [words]
-    assert parse_map(repaired(text).text) == parse_map(FLAT)
+    assert parse_map(repair_text(text).text) == parse_map(FLAT)
 
 
 @pytest.mark.parametrize(
@@ -145,13 +145,13 @@ def test_a_letter_is_read_by_where_it_stands(sign, other, words):
     head, _, rows = FLAT.partition("floor 1:\n")
     text = f"{head}floor 1:\n{rows.replace(sign, other)}"
     assert told(text) == [words]
-    assert parse_map(repaired(text).text) == parse_map(FLAT)
+    assert parse_map(repair_text(text).text) == parse_map(FLAT)
 
 
 def test_a_name_keeps_the_letter_that_is_drawn_for_floor():
     """Inside its word; at its ends nobody can tell."""
     text = HOUSE.replace(".", "e").replace("Ee", "E.")
-    fixed = parse_map(repaired(text).text)
+    fixed = parse_map(repair_text(text).text)
     assert ".desk+map#" in fixed.storeys[1].rows[2]
 
 
@@ -168,7 +168,7 @@ def test_an_editors_tabs_become_the_blanks_they_stood_for(path, width):
         return tabs * "\t" + blanks * " " + line.lstrip(" ")
 
     text = path.read_text()
-    repair = repaired("\n".join(map(with_tabs, text.split("\n"))))
+    repair = repair_text("\n".join(map(with_tabs, text.split("\n"))))
     assert len(repair.rounds) <= 1
     assert parse_map(repair.text) == parse_map(text)
 
@@ -197,7 +197,7 @@ def test_a_sign_as_wide_as_two_is_one_column_or_two_as_the_row_needs(drawn, mean
     for name, signs in drawn.items():
         text = text.replace(name, signs)
         right = right.replace(name, meant[name])
-    assert parse_map(repaired(text).text) == parse_map(right)
+    assert parse_map(repair_text(text).text) == parse_map(right)
 
 
 # -- Gaps ---------------------------------------------------------------------------
@@ -212,7 +212,7 @@ def test_two_names_that_a_gap_joins_stay_and_the_gap_becomes_a_door(words):
     column = place - HOUSE.rfind("\n", 0, place)
     (mistake,) = standing(text)[1]
     assert f"Type '+' at {line}:{column} for a door" in mistake.hint
-    assert repaired(text).text == HOUSE
+    assert repair_text(text).text == HOUSE
 
 
 def test_no_gap_is_told_where_two_parts_are_joined_twice():
@@ -247,7 +247,7 @@ def test_a_comment_of_another_language_becomes_a_note_wherever_nothing_is_drawn(
     """It is no storey, no row and no heading; the drawing is as it was."""
     text = HOUSE.replace(before, f"{comment}\n{before}", 1)
     assert {*told(text)} == {"this is a comment as in code; a note begins with ';'"}
-    repair = repaired(text)
+    repair = repair_text(text)
     assert len(repair.rounds) == 1
     assert parse_map(repair.text) == parse_map(HOUSE)
     assert repair.text.count(";") == comment.count("\n") + 1
@@ -271,9 +271,9 @@ def test_every_hint_obeyed_leaves_fewer_mistakes(path):
     before, mistakes = standing(text)
     typed = [mistake for mistake in mistakes if mistake.edits]
     for mistake in typed:
-        assert standing(obeyed(text, [mistake]))[0] > before, mistake
+        assert standing(follow_hints(text, [mistake]))[0] > before, mistake
     if typed:
-        assert standing(obeyed(text, mistakes))[0] > before
+        assert standing(follow_hints(text, mistakes))[0] > before
 
 
 SPOILS = "#.+EABCD abcxyz:|-19XZ\n\N{LATIN SMALL LETTER E WITH ACUTE}"
@@ -289,7 +289,7 @@ def test_hints_end_and_lead_further_however_a_plan_is_spoilt():
             place = lot.randrange(len(text))
             signs = "".join(lot.choices(SPOILS, k=lot.randint(0, 2)))
             text = text[:place] + signs + text[place + lot.randint(0, 2) :]
-        repair = repaired(text)
+        repair = repair_text(text)
         right += repair.left is None
         assert standing(repair.text)[0] >= standing(text)[0]
     assert right >= 80

@@ -8,7 +8,7 @@ import torch
 from movies import shipped, stage, wait
 
 from reference.fire import free_places
-from reference.game.codec import Moment, decided
+from reference.game.codec import Moment, decision_in
 from reference.game.observations import fire_vectors, vector_layout
 from reference.learning.adversarial import learner_for
 from reference.learning.networks import Actor
@@ -64,7 +64,7 @@ def anchors(codec, moment):
 def places_of(sim, spots):
     """(K,) places of decisions."""
     nav = navigation_of(sim.building)
-    return np.array([nav.place(*decided(spot)) for spot in spots])
+    return np.array([nav.place(*decision_in(spot)) for spot in spots])
 
 
 def policy(codec, moment, seed=0):
@@ -197,7 +197,7 @@ def test_the_first_crowd_is_where_the_busiest_fire_would_burn():
             crowd = len(spots) - CROWDED
             assert allowed[crowd]
             busiest = BusiestFire().decide(sim.world, np.random.default_rng(0))
-            assert decided(spots[crowd]) == pytest.approx(busiest, abs=1e-4)
+            assert decision_in(spots[crowd]) == pytest.approx(busiest, abs=1e-4)
 
 
 @pytest.mark.paper("D2", "chosen")
@@ -241,7 +241,7 @@ def test_where_nothing_can_burn_it_lights_nothing():
     moment = moment_of(sim)
     raw = policy(codec, moment).act().detach().numpy()
     ((row,),) = codec.actions(raw, [moment])
-    assert decided(row) is None
+    assert decision_in(row) is None
 
 
 @pytest.mark.paper("D2", "chosen")

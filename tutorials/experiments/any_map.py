@@ -22,7 +22,7 @@ import numpy as np
 from reference import load
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.matches import begin_evaluation
-from reference.workshop.comparing.results import aligned
+from reference.workshop.comparing.results import align_columns
 from reference.workshop.comparing.runs import play_evaluation
 from reference.workshop.maps.generated import generated_text
 from reference.workshop.storage.files import make_folder, write_json
@@ -141,12 +141,12 @@ def main():
             rows.append(
                 [name, str(place.people), str(place.robots_per_floor), *figures, fire]
             )
-    print(aligned(rows, "<>>" + ">" * len(robots) + "<"))
+    print(align_columns(rows, "<>>" + ">" * len(robots) + "<"))
 
     head = ["fire", *robots, "better guide", "less that", "share of its gain"]
     ends = [compare(found, options.robots, fire) for fire in FIRES]
     print()
-    print(aligned([head, *ends], "<" + ">" * len(robots) + "<<<"))
+    print(align_columns([head, *ends], "<" + ">" * len(robots) + "<<<"))
 
     listed = {
         name: {f"{who} {fire}": x for (who, fire), x in cells.items()}

@@ -20,7 +20,7 @@ from reference.workshop.comparing.design import read_experiment
 from reference.workshop.comparing.intervals import interval_over_trainings
 from reference.workshop.comparing.jobs import arm_of, finished
 from reference.workshop.comparing.matches import begin_evaluation
-from reference.workshop.comparing.results import aligned
+from reference.workshop.comparing.results import align_columns
 from reference.workshop.comparing.runs import play_evaluation
 from reference.workshop.storage.files import make_folder
 from reference.workshop.storage.workers import workers
@@ -96,7 +96,7 @@ def main():
         else:
             row.append("")
         rows.append(row)
-    print(aligned(rows, "<>>>"))
+    print(align_columns(rows, "<>>>"))
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ import numpy as np
 from any_map import FIRES, Place, generated_places, room_in, survivors
 from matplotlib.figure import Figure
 
-from reference.workshop.comparing.results import aligned
+from reference.workshop.comparing.results import align_columns
 from reference.workshop.drawing import save
 from reference.workshop.drawing.page import BLUE
 from reference.workshop.storage.files import make_folder, read_json, write_json
@@ -160,7 +160,7 @@ def main():
         for kind in ("own", "held out"):
             lost = [f"{row[kind][fire]:.1f}" for fire in FIRES]
             rows.append([str(row["buildings"]), str(row["seed"]), kind, *lost])
-    print(aligned(rows, "<<<" + ">" * len(FIRES)))
+    print(align_columns(rows, "<<<" + ">" * len(FIRES)))
     save(drawn(found), asked.picture or asked.out / "buildings.png")
 
 

@@ -24,7 +24,7 @@ from what_a_decision_is_worth import measure_all, named, read_rows
 
 from reference import Scenario, Simulation, load
 from reference.workshop.comparing.intervals import interval_of_mean
-from reference.workshop.comparing.results import aligned
+from reference.workshop.comparing.results import align_columns
 from reference.workshop.engine import to_the_end
 from reference.workshop.measuring.branching import FUTURES, play_searching
 from reference.workshop.storage.workers import one_thread
@@ -137,7 +137,7 @@ def tell(rows):
                 f"{np.mean([row.chosen for row in rows]):.1f}",
             ]
         )
-    print(aligned(lines, "<<>>>>>>>"))
+    print(align_columns(lines, "<<>>>>>>>"))
 
 
 if __name__ == "__main__":

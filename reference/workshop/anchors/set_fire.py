@@ -17,7 +17,7 @@ import numpy as np
 
 from reference import paper
 from reference.building import Building, Kind, lengths
-from reference.fire import cells_around_clearance, cells_beside
+from reference.fire import cells_around_clearance, cells_beside, cost_of_flames
 from reference.game.codec import Moment, PolicyCodec
 from reference.navigation import navigation_of
 from reference.paper import Scenario
@@ -185,8 +185,7 @@ class FireView:
             self.lit |= near & (floors == storey)
 
         burning = self.burning.reshape(self.building.kind.shape)
-        heat = np.where(cells_beside(self.building, burning), paper.HEAT_COST, 1.0)
-        cost = np.where(burning, paper.BURN_COST, heat)  # [C5]
+        cost = cost_of_flames(burning, cells_beside(self.building, burning))
         stairs = self.ways.well_of[self.stand[self.on_stairs]]
         walking = self.stand[self.walks]
         self.passed, self.out = traffic(self.building, walking, stairs, cost)

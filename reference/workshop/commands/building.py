@@ -20,7 +20,7 @@ from reference.workshop.maps import MistakesError, find_map, load, shipped_floor
 from reference.workshop.maps.generated import LEAST_SIDE, MOST_SIDE, generated_text
 from reference.workshop.maps.mistakes import Mistake
 from reference.workshop.maps.pages import MOST_FLOORS
-from reference.workshop.maps.repairs import Repair, repaired_file, write_new
+from reference.workshop.maps.repairs import Repair, repair_file, write_new
 from reference.workshop.maps.semantics import touching
 from reference.workshop.storage.files import message_of, read_text, refuse_no_file
 from reference.workshop.storage.runs import ContradictionError
@@ -78,7 +78,7 @@ def _can_be_fixed(name: str, error: MistakesError) -> bool:
     path = find_map(name)
     if not path.is_file():  # a pipe has been read, once and for all
         return False
-    return any(m.edits for m in error.mistakes) or bool(repaired_file(path).rounds)
+    return any(m.edits for m in error.mistakes) or bool(repair_file(path).rounds)
 
 
 def _with_next(error: Exception, *words: object) -> InputError:
@@ -97,7 +97,7 @@ def _listed(mistakes: Sequence[Mistake]) -> list[dict[str, Any]]:
 def _fix(arguments: Namespace) -> None:
     """Do what the hints say in a new file beside the old one, and say what was done."""
     path = find_map(arguments.file)
-    repair = repaired_file(path)
+    repair = repair_file(path)
     if not repair.rounds:
         if repair.left:
             page = f"{repair.left}\nnothing is written: no hint here says what to type"

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from reference.paper import InputError
-from reference.workshop.comparing.results import aligned
+from reference.workshop.comparing.results import align_columns
 from reference.workshop.storage.runs import locked
 from reference.workshop.storage.workers import cluster, workers
 
@@ -34,8 +34,10 @@ def format_figure(value: float | str | None) -> str:
 
 
 def format_table(values: Sequence[Sequence[float | str | None]], align: str) -> str:
-    """Write figures and words in rows, `aligned`."""
-    return aligned([[format_figure(value) for value in row] for row in values], align)
+    """Write figures and words in rows, aligned."""
+    return align_columns(
+        [[format_figure(value) for value in row] for row in values], align
+    )
 
 
 def shell_line(*words: object) -> str:

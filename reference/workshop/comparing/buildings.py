@@ -28,7 +28,7 @@ from reference.paper import InputError
 from reference.workshop.comparing import matches, runs
 from reference.workshop.comparing.intervals import Interval, interval_of_mean
 from reference.workshop.comparing.matches import Evaluation
-from reference.workshop.comparing.results import aligned
+from reference.workshop.comparing.results import align_columns
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.storage.files import (
     errors_naming,
@@ -248,23 +248,23 @@ def table_of_buildings(figures: Sequence[BuildingCell]) -> str:
     rows = [heads, *(_row(each, floors) for each in figures)]
     missing = any(not each.half_out for each in figures)
     note = "\n-: nobody got out in any run" if missing else ""
-    return aligned(rows, "<<<>" + ">" * (3 + floors)) + note
+    return align_columns(rows, "<<<>" + ">" * (3 + floors)) + note
 
 
 def _row(figures: BuildingCell, floors: int) -> list[str]:
     """Write a line's words."""
     signed = bool(figures.less)
     ends = figures.n > 1
-    died = [written(each, 1, signed) for each in figures.died]
+    died = [format_interval(each, 1, signed) for each in figures.died]
     died += [""] * (floors - len(died))
     return [
         figures.robots,
         figures.fire,
         f"  less {figures.less}" if figures.less else figures.building,
         f"{figures.n:,}",
-        written(in_percent(figures.survival), 1, signed, ends),
-        written(figures.half_out, 0, signed, ends),
-        written(figures.evacuation_time, 0, signed, ends),
+        format_interval(in_percent(figures.survival), 1, signed, ends),
+        format_interval(figures.half_out, 0, signed, ends),
+        format_interval(figures.evacuation_time, 0, signed, ends),
         *died,
     ]
 
@@ -274,7 +274,7 @@ def in_percent(share: Interval) -> Interval:
     return Interval(*(100 * value for value in share))
 
 
-def written(
+def format_interval(
     interval: Interval | None, digits: int, signed: bool = False, ends: bool = False
 ) -> str:
     """Write a mean, like 1.5 or +1.5 if signed, and the ends of its interval."""

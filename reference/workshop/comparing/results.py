@@ -255,12 +255,12 @@ def table(
         ["runs", *(f"{cell.n:,}" for cell in cells)],
         *([headings[name], *_figures(cells, name)] for name in names),
     ]
-    lines = aligned(list(zip(*columns, strict=True)), "<<>" + ">" * len(names))
+    lines = align_columns(list(zip(*columns, strict=True)), "<<>" + ">" * len(names))
     missing = any(getattr(cell, name) is None for cell in cells for name in names)
     return f"{lines}\n{DASH_NOTE}" if missing else lines
 
 
-def aligned(rows: Sequence[Sequence[str]], align: str) -> str:
+def align_columns(rows: Sequence[Sequence[str]], align: str) -> str:
     """Lay out rows in columns as wide as their words; align: < or > for each column."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     form = "  ".join(f"{{:{a}{width}}}" for a, width in zip(align, widths, strict=True))

@@ -15,8 +15,8 @@ from reference.building import Building, Kind
 from reference.workshop.comparing.buildings import (
     BuildingCell,
     Played,
+    format_interval,
     in_percent,
-    written,
 )
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.drawing import page, plans
@@ -130,7 +130,7 @@ def _heading(figures: Sequence[BuildingCell]) -> str:
     lines = []
     for each in figures:
         signed = bool(each.less)
-        percent = written(in_percent(each.survival), 1, signed, each.n > 1)
+        percent = format_interval(in_percent(each.survival), 1, signed, each.n > 1)
         if each.less:
             lines.append(f"{percent} points against {page.shortened(each.less, NAME)}")
         else:

@@ -29,29 +29,29 @@ ONE_ASKS = RLock()  # for the rules; meanwhile other threads wait
 
 def together(runs: Sequence[Simulation]) -> None:
     """Run simulations to their next decision or end."""
-    knows = knows_all_rules()
+    engine = knows_all_rules()
     for run in runs:
-        if knows and is_the_books(run):
-            _advance(run, run.decision_ticks)
-        else:
-            for _ in range(run.decision_ticks):
-                if not run.done:
-                    run.step()
+        _play(run, run.decision_ticks, engine)
 
 
 def to_the_end(runs: Sequence[Simulation]) -> None:
     """Run simulations to their end."""
-    knows = knows_all_rules()
+    engine = knows_all_rules()
     for run in runs:
-        if knows and is_the_books(run):
-            _advance(run, sys.maxsize)
-        else:
-            run.run()
+        _play(run, sys.maxsize, engine)
 
 
-def plays(run: Simulation) -> bool:
-    """Does the engine play this simulation? Else the book does."""
-    return knows_all_rules() and is_the_books(run)
+def _play(run: Simulation, ticks: int, engine: bool) -> None:
+    """Run so many ticks, or to the end: by the engine, if it may and can."""
+    if engine and is_the_books(run):
+        from reference.workshop.engine.going import advance
+
+        advance(run, ticks)
+        return
+    for _ in range(ticks):
+        if run.done:
+            break
+        run.step()
 
 
 def is_the_books(run: Simulation) -> bool:
@@ -99,12 +99,6 @@ def _searches_as_the_book(nav: Navigation) -> bool:
         return True
     method = nav._search.__wrapped__ if hasattr(nav._search, "cache_info") else None
     return getattr(method, "__func__", None) is Navigation._search_floor
-
-
-def _advance(run: Simulation, ticks: int) -> None:
-    from reference.workshop.engine.going import advance
-
-    advance(run, ticks)
 
 
 @contextmanager

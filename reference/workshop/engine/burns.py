@@ -14,7 +14,7 @@ from reference.workshop.engine.sees import FATE_INSIDE
 DOOR = int(Kind.DOOR)
 
 
-@mirrors("fire.Spread.advance b284ca")
+@mirrors("fire.Spread.advance 512656", "fire.cost_of_flames 329dbf")
 def advance_flames(N, clock, cells, arrival, burning, ash, harm, cost):
     """Burn every cell whose time has come, till its time is over: then it is ash."""
     coming = inf

@@ -18,7 +18,7 @@ from reference.workshop.engine.mirrors import compiled, mirrors
 IN_LINE = 1  # bits of `square`
 SEEN = 2
 GROUND = 4
-OVERLOOKED = 8
+SEEN_ON_ALL_SIDES = 8
 STOP = 16  # while a row is made
 
 HITS = 0  # of `counts`
@@ -221,8 +221,8 @@ def add_ground(S, R, p):
                 R.square[k] |= GROUND
 
 
-@mirrors("rays.Sight.overlooked 660c4c")
-def add_overlooked(S, R, p):
+@mirrors("rays.Sight.seen_on_all_sides 064dcb")
+def add_seen_on_all_sides(S, R, p):
     """Mark places in line of sight with all places beside them."""
     N = S.numbers[0]
     for k in range(len(R.square)):
@@ -234,7 +234,7 @@ def add_overlooked(S, R, p):
                 or is_dark(S, R, p, q + N.cols)
                 or is_dark(S, R, p, q - N.cols)
             ):
-                R.square[k] |= OVERLOOKED
+                R.square[k] |= SEEN_ON_ALL_SIDES
 
 
 @compiled
@@ -286,7 +286,7 @@ def fill_row(S, R, p, holes):
     add_line(S, R, p)
     add_ground(S, R, p)
     if not len(holes):
-        add_overlooked(S, R, p)
+        add_seen_on_all_sides(S, R, p)
     add_looked(S, R, p)
     for k in range(len(R.square)):
         R.square[k] &= ~np.uint8(STOP)

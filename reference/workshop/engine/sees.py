@@ -12,7 +12,7 @@ import numpy as np
 
 from reference.building import Kind
 from reference.workshop.engine.mirrors import compiled, mirrors
-from reference.workshop.engine.rows import IN_LINE, OVERLOOKED, SEEN
+from reference.workshop.engine.rows import IN_LINE, SEEN, SEEN_ON_ALL_SIDES
 from reference.workshop.engine.state import NOT_TOLD
 from reference.world import FLOOR_APART, Aim, Fate
 
@@ -315,8 +315,8 @@ def turn_towards_goal(me, p, cells, marks):
 
 
 @compiled
-def is_overlooked(N, observe, been, q):
+def is_seen_on_all_sides(N, observe, been, q):
     """Is q seen from a place where one has been, with all beside it?"""
     k = in_square(N, observe.cells, been, q)
     row = observe.cells[been].row
-    return k >= 0 and observe.square[row, k] & OVERLOOKED != 0
+    return k >= 0 and observe.square[row, k] & SEEN_ON_ALL_SIDES != 0

@@ -22,7 +22,7 @@ from reference.workshop.engine.sees import (
     burns_towards,
     hit_of,
     is_burnt,
-    is_overlooked,
+    is_seen_on_all_sides,
     passable,
     safe,
     sighted,
@@ -43,7 +43,11 @@ STAY = (AIM_NOTHING, -1, -1)
 # -- The algorithms -----------------------------------------------------------------
 
 
-@mirrors("humans.Follower.setoff 5f9aee", "humans.act_on_instruction 7a90f3")
+@mirrors(
+    "humans.Follower.setoff bdfafb",
+    "humans.leader_is_robot b9864a",
+    "humans.act_on_instruction 7a90f3",
+)
 def follower_sets_off(N, me, observe):
     """Algorithm 1: one pass of lines 2-12 [B5, Alg. 1]."""
     if not stuck(N, me, observe) and me.leader == -1:  # Alg. 1:2
@@ -301,12 +305,12 @@ def back_to_last_door(N, me, mine, observe, some):
 
 
 @mirrors(
-    "humans.look_again 775121",
+    "humans.look_again 8bbc97",
     "view.View.nearest 76f0f9",
     "view.View.ground 42a95b",
-    "view.View.overlooked 3990b8",
+    "view.View.seen_on_all_sides 46ebd4",
     "rays.Sight.nearest 6064c5",
-    "rays.Sight.overlooked 660c4c",
+    "rays.Sight.seen_on_all_sides 064dcb",
 )
 def look_again(N, me, mine, observe, some):
     """Go to the floor in view that was looked at longest ago, or never [B6, chosen]."""
@@ -333,13 +337,13 @@ def look_again(N, me, mine, observe, some):
         place = np.int64(mine[N.been + latest])
         older = 0
         for k in range(count):
-            older += not is_overlooked(N, observe, place, some[k])
+            older += not is_seen_on_all_sides(N, observe, place, some[k])
         if not older:
             break
         kept = 0
         for k in range(count):
             q = some[k]
-            if not is_overlooked(N, observe, place, q):
+            if not is_seen_on_all_sides(N, observe, place, q):
                 some[kept] = q
                 kept += 1
         count = kept

@@ -113,7 +113,7 @@ def is_done(N, clock, bodies):
 
 @mirrors(
     "simulation.Simulation.fire_turn 37158f",
-    "simulation.Simulation.strategies_decide a5c6f8",
+    "simulation.Simulation.strategies_decide 858c48",
 )
 def fire_turn(N, clock):
     """Is it the fire's turn, with sources left, at a decision? [D2, D6]"""

@@ -23,7 +23,7 @@ class Repair:
     left: MistakesError | None
 
 
-def repaired_file(path: Path) -> Repair:
+def repair_file(path: Path) -> Repair:
     """Follow the hints about a file; it may be in UTF-16, or in Windows' encoding.
 
     Raises OSError, InputError for what is no file.
@@ -33,7 +33,7 @@ def repaired_file(path: Path) -> Repair:
         raw = file.read(2 * MOST_SIGNS)
     encoding = _encoding_of(raw)
     text = raw.decode(encoding, "replace")
-    repair = repaired(text, str(path))
+    repair = repair_text(text, str(path))
     if encoding == "utf-8":
         return repair
     first = Line(1, lines_of_plan(text)[0]).mistake("not-text")
@@ -77,7 +77,7 @@ def write_new(path: Path, text: str) -> Path:
     return new
 
 
-def repaired(text: str, path: str = "<text>") -> Repair:
+def repair_text(text: str, path: str = "<text>") -> Repair:
     """Follow the hints until the text is fine, or no hint says what to type."""
     rounds: list[tuple[Mistake, ...]] = []
     seen = {text}
@@ -89,7 +89,7 @@ def repaired(text: str, path: str = "<text>") -> Repair:
         else:
             return Repair(text, tuple(rounds), None)
         followed = tuple(mistake for mistake in left.mistakes if mistake.edits)
-        better = obeyed(text, followed)
+        better = follow_hints(text, followed)
         if not followed or better in seen:  # hints that undo each other
             break
         rounds.append(followed)
@@ -98,7 +98,7 @@ def repaired(text: str, path: str = "<text>") -> Repair:
     return Repair(text, tuple(rounds), left)
 
 
-def obeyed(text: str, mistakes: Iterable[Mistake]) -> str:
+def follow_hints(text: str, mistakes: Iterable[Mistake]) -> str:
     """Type what these mistakes' hints say first."""
     edits = (edit for mistake in mistakes for edit in mistake.edits)
     return "\n".join(apply(lines_of_plan(text), edits))

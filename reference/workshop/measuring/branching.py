@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.random import Generator as Rng
 
-from reference.game.codec import Moment, PolicyCodec, decided
+from reference.game.codec import Moment, PolicyCodec, decision_in
 from reference.game.environment import DECIMALS, AgentFire, AgentRobots
 from reference.game.observations import robots_at_work
 from reference.learning.settings import Side
@@ -286,7 +286,7 @@ def _ask(side: Side, player: Any, runs: Sequence[Simulation], sample: bool) -> N
         who: Any = run.fire_strategy
         if side == "robots":
             who = run.robot_strategy.strategy  # type: ignore[attr-defined]
-        who.chosen = [decided(row) for row in rows]
+        who.chosen = [decision_in(row) for row in rows]
 
 
 # -- Its worth ----------------------------------------------------------------------

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator as Rng
 
-from reference.game.codec import Moment, decided
+from reference.game.codec import Moment, decision_in
 from reference.game.observations import robots_at_work
 from reference.simulation import Simulation
 from reference.workshop.measuring.branching import (
@@ -74,7 +74,7 @@ def _drawn(run: Simulation, player: Any, rng: Rng) -> dict[int, Order]:
     moment = Moment(vectors, robots_at_work(world), world, rng)
     (rows,), _ = player.act([moment])
     bodies = [robot.body for robot in world.robots]
-    orders = [Order(decided(row), 1) for row in rows]
+    orders = [Order(decision_in(row), 1) for row in rows]
     return dict(zip(bodies, orders, strict=True))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 import reference
 from reference.building import Building, building_of
-from reference.game.codec import Moment, decided
+from reference.game.codec import Moment, decision_in
 from reference.learning.players import LearnedNetwork
 from reference.learning.settings import Side
 from reference.paper import Scenario
@@ -112,7 +112,7 @@ class LearnedPolicy(Trained):
         moment = Moment(vectors, alive, world, rng if self.sample else None)
         with one_thread():  # as when it was trained: sums in one order
             (rows,), _ = self.player.act([moment])
-        return [decided(row) for row in rows]
+        return [decision_in(row) for row in rows]
 
 
 class LearnedRobots(LearnedPolicy, TrainedRobots):
