@@ -247,6 +247,20 @@ def test_a_policy_on_flat_observations_plays_as_it_does_in_the_environment(side)
     assert all(any(np.array_equal(a, b) for b in seen) for a in asked)
 
 
+@pytest.mark.parametrize(
+    ("name", "scenario"), [("museum", SCENE), ("tiny", Scenario(people=5))]
+)
+def test_refuses_a_world_that_a_policy_cannot_read(name, scenario):
+    """Of other cells, or other people."""
+    robots = FlatRobots(lambda seen: seen[:, :2], "tiny", SCENE)
+    fire = FlatFire(lambda seen: seen[:, :3], "tiny", SCENE)
+    for players in ({"robots": robots}, {"robots": Sweep(), "fire": fire}):
+        run = Simulation(shipped(name), scenario, **players)
+        told = r"tiny: this policy plays in Tiny office, with \d+ people and \d+ robots"
+        with pytest.raises(InputError, match=told):
+            run.run()
+
+
 def test_a_policy_brings_the_building_and_scenario_that_it_has_learned_in(mine, capsys):
     """As a checkpoint does; elsewhere it is refused."""
     Path(f"{mine}.py").write_text(
