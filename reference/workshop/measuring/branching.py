@@ -292,7 +292,7 @@ def _ask(side: Side, player: Any, runs: Sequence[Simulation], sample: bool) -> N
 # -- Its worth ----------------------------------------------------------------------
 
 
-class Found(NamedTuple):
+class SearchResult(NamedTuple):
     """What a search has found for a robot.
 
     choices  how many there were;  best  None: the own decision
@@ -316,7 +316,7 @@ def search(
     decisions: int,
     rounds: Sequence[Sequence[int]],
     mates: Orders = MappingProxyType({}),
-) -> Found:
+) -> SearchResult:
     """Find the best choice for a robot now, held for some decisions.
 
     run     stopped at a decision;  mates: where others are sent meanwhile
@@ -333,7 +333,7 @@ def search(
         if any(a.events != b.events for a, b in zip(own, runs, strict=True))
     ]
     if not others:
-        return Found(len(choices))
+        return SearchResult(len(choices))
     means = saved([runs for _, runs in others]).mean(axis=1)
     first = np.argsort(-means, kind="stable")[:SIFTED]
     best = [others[k][0] for k in first]
@@ -342,8 +342,8 @@ def search(
     more = means[1:] - means[0]
     k = int(more.mean(axis=1).argmax())
     if more[k].mean() <= 0:
-        return Found(len(choices))
-    return Found(len(choices), best[k], more[k])
+        return SearchResult(len(choices))
+    return SearchResult(len(choices), best[k], more[k])
 
 
 def worth_of(
