@@ -31,7 +31,7 @@ CHANGES = [
     (Follower, "Alg. 1:5", "leader_in_sight(me, observe)", "True"),
     (Follower, "Alg. 1:5", "leader_in_sight(me, observe)", "False"),
     (Follower, "Alg. 1:6", "towards_leader(me, observe)", "STAY"),
-    (Follower, "Alg. 1:7", "me.told is not None", "False"),
+    (Follower, "Alg. 1:7", "leader_is_robot(me)", "False"),
     (Follower, "Alg. 1:8", "setoff = act_on_instruction(me, observe, setoff)", "pass"),
     (Follower, "Alg. 1:10", "return setoff", "pass"),
     (Follower, "Alg. 1:11", "return disconnect(me, observe)", "return STAY"),

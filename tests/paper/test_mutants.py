@@ -191,8 +191,8 @@ C4 game/observations
   - rank = np.where(up >= 0, up, floors - up)
   + rank = np.abs(up)
 C5 fire
-  - flames.cost = np.where(burning, paper.BURN_COST, detour)
-  + flames.cost = np.where(burning, paper.HEAT_COST, detour)
+  - return np.where(burning, paper.BURN_COST, detour)
+  + return np.where(burning, paper.HEAT_COST, detour)
 C5 fire
   - np.where(burning, paper.BURN_COST, detour)
   + detour + np.where(burning, paper.BURN_COST, 0.0)

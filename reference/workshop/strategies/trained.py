@@ -79,14 +79,17 @@ class Trained(ABC):
         return self
 
     def refuse_world(self, world: World) -> None:
-        """Raise InputError for a world in which it does not play now."""
+        """Raise InputError for a world in which it does not play now.
+
+        A fire also burns where nobody guides.
+        """
         building = self.building
         here = world.building
         same = here is building or same_cells(here.drawing, building.drawing)
         people = sum(self.scenario.start_counts(building.floors))
         robots = self.scenario.robots_per_floor * building.floors
-        counts = len(world.bodies), len(world.robots)
-        if not same or counts != (people, robots):
+        counted = len(world.bodies) == people and len(world.robots) in (robots, 0)
+        if not same or not counted:
             raise InputError(
                 f"{self.title or self.name}: this policy plays in {building.title}, "
                 f"with {people} people and {robots} robots: take what its "
