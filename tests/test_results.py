@@ -225,6 +225,40 @@ def test_the_paper_s_training_by_tenths_is_told_as_kept():
     assert f"| {mean} | [{low}, {high}] |" in RESULTS
 
 
+LEAGUE = json.loads(
+    (ROOT / "tutorials" / "tables" / "league.json").read_text(encoding="utf-8")
+)
+"""What `experiment league.toml --json` has printed."""
+
+LEAGUE_FIRES = (*FIRES, "worst-case", "adversary's fires")
+
+
+def lines_of_league() -> list[str]:
+    """Survivors of each arm, and how many more the first of a pair saves."""
+    survivors = {
+        (cell["robots"], cell["fire"]): 100 * cell["survival"]["mean"]
+        for cell in LEAGUE["cells"]
+    }
+    rows = [
+        row(f"`{who}`", [f"{survivors[who, fire]:.1f}" for fire in LEAGUE_FIRES])
+        for who in dict.fromkeys(robots for robots, _ in survivors)
+    ]
+    told = r"`(\w+)` less `(\w+)` under (.+?): (\S+ \[.+?\]):"
+    pairs: dict[tuple[str, str], dict[str, str]] = {}
+    for one, other, fire, points in re.findall(told, LEAGUE["answer"]):
+        pairs.setdefault((one, other), {})[fire] = points.replace("-", "−")
+    rows += [
+        row(f"`{one}` − `{other}`", [points[fire] for fire in LEAGUE_FIRES])
+        for (one, other), points in pairs.items()
+    ]
+    return rows
+
+
+def test_the_league_is_told_as_kept():
+    """Line by line."""
+    assert {*lines_of_league()} < {*RESULTS.splitlines()}
+
+
 WORTH = [
     {name: cells[name] for name in ("base", "fire", "time", "gain")}
     | {"believed": float(cells["believed"]) > 2 * float(cells["believed_error"])}
