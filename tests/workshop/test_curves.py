@@ -235,6 +235,9 @@ def test_nothing_overlaps_and_nothing_is_clipped(run, phases, count):
     about = "; ".join(f"robots.setting_{k}: 1.25, 2.75" for k in range(6))
     assert overlaps(curves.learning_curves(runs, about)) == []
     assert overlaps(curves.curves_of_arms({"a": runs, "b": runs[:1]})) == []
+    assert "the trainings are too short for curves" in writing(
+        curves.curves_of_arms({})
+    )
 
 
 def test_a_side_that_does_not_learn_is_neither_drawn_nor_in_the_legend(run):

@@ -122,6 +122,14 @@ def test_trainings_of_one_seed_come_before_those_of_the_next():
     assert names == ["learning-3", "ppo-3", "learning-4", "ppo-4"]
 
 
+def test_robots_that_ship_are_tested_beside_those_that_learned(whole, tmp_path):
+    """By their word, as a fire that ships is."""
+    copytree(whole, tmp_path, dirs_exist_ok=True)
+    asked = small(test=SMALL["test"] | {"robots": ["learned"]})
+    robots = {result.robots for result in play_tests(asked, tmp_path, InProcess())}
+    assert "learned" in robots and len(robots) == 3
+
+
 def test_what_is_made_is_not_made_again(whole):
     """No job is submitted."""
     before = tables(whole)

@@ -102,6 +102,7 @@ def test_refuses_code_that_is_not_there_or_cannot_play(
         ("robots", "[(1.0, 2.0)]"),
         ("robots", "[(float('nan'), 1.0)] * len(asked[1])"),
         ("robots", "['ab'] * len(asked[1])"),
+        ("robots", "__import__('numpy').zeros((4, 3))"),
         ("fire", "(0, 1.0)"),
         ("fire", "(float('inf'), 1.0, 1.0)"),
     ],
@@ -117,6 +118,17 @@ def test_refuses_a_decision_that_is_none(side, answer, mine, capsys):
     assert (side == "fire") or message.endswith(
         "for each of the robots at work, 4 now.\n"
     )
+
+
+def test_a_decision_that_is_yielded_is_code_of_ones_own_too(mine, capsys):
+    """What it prints goes to stderr, what it changes is refused."""
+    write(mine, "yield from (print('me') for _ in asked[1])")
+    assert main(f"{MATCH} {mine}:Odd --json".split()) == 0
+    told = capsys.readouterr()
+    assert json.loads(told.out) and "me" in told.err
+    write(mine, "asked[0].bodies.health[:] = 7; yield from [None] * len(asked[1])")
+    found, message = refusal(capsys, *f"{MATCH} {mine}:Odd".split())
+    assert (found, "health" in message) == (1, True)
 
 
 def test_what_code_itself_raises_is_not_told_as_a_slip_in_its_name(mine):

@@ -133,7 +133,8 @@ def _told(repair: Repair) -> str:
             count = f" ({mistake.more + 1} places)" if mistake.more else ""
             place = f"{mistake.line}:{mistake.column}"
             hint = mistake.hint.replace(FIX_DOES_IT, "")  # it has done it
-            lines.append(f"  {place}: {mistake.what}. {hint}{count}")
+            end = "" if mistake.what.endswith("?") else "."
+            lines.append(f"  {place}: {mistake.what}{end} {hint}{count}")
         if len(mistakes) > CHANGES_TOLD:
             lines.append(f"  … and {len(mistakes) - CHANGES_TOLD} more")
     return "\n".join(lines)

@@ -38,7 +38,7 @@ LASTS = "all cases take half a minute, more on a busy machine; --only names some
 def validate(arguments: Namespace) -> None:
     """Measures standard pedestrian cases; exit status 0 also where a case fails."""
     seed = arguments.seed or 0
-    names = arguments.only or list(CASES)
+    names = list(dict.fromkeys(arguments.only or CASES))
     if not arguments.only:
         print_note(LASTS)
     progress = tqdm(names, unit="case", disable=None, leave=False)

@@ -152,7 +152,7 @@ class Experiment:
         known_fires = (*FIXED_FIRES, WORST, *learning, *filter(is_code, fires))
         _refuse_unknown("fires", fires, known_fires)
         robots = self.test.robots
-        known_robots = (*ROBOTS, *filter(is_code, robots))
+        known_robots = (*ROBOTS, LEARNED, *filter(is_code, robots))
         _refuse_unknown("robots", robots, known_robots)
         for pair in self.compare:
             _refuse_unknown("compare", pair, (*self.arms, *self.test.robots))

@@ -320,5 +320,9 @@ def curves_of_arms(arms: Mapping[str, Sequence[TrainingTable]]) -> Figure:
     axes.set(xlabel="decisions of the robots", ylabel=SURVIVORS, ylim=(0, 1))
     axes.xaxis.set_major_formatter(_in_thousands)
     axes.set_xlim(left=0)
-    whole.legend(loc="outside right center", handlelength=3.2)
+    if lines:
+        whole.legend(loc="outside right center", handlelength=3.2)
+    else:
+        middle = {"transform": axes.transAxes, "ha": "center"}
+        axes.text(0.5, 0.5, "the trainings are too short for curves", **middle)
     return whole

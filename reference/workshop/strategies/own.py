@@ -30,7 +30,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout, suppress
 from copy import deepcopy
 from importlib import import_module
-from inspect import signature
+from inspect import isgenerator, signature
 from multiprocessing import parent_process
 from pathlib import Path
 from types import ModuleType
@@ -171,6 +171,8 @@ class CheckedStrategy:
         with _own_code(self.word, "decide"), untouched(world, self.word):
             try:
                 answer = self.strategy.decide(world, *given)
+                if isgenerator(answer):  # its code runs here, or nowhere
+                    answer = list(answer)
             except Exception as error:
                 error.add_note(
                     f"{self.word}: decide raised this after {world.time:g} s"
@@ -192,7 +194,7 @@ class CheckedStrategy:
         except (TypeError, ValueError, OverflowError):
             count = f", {len(asked[0])} now" if self.side == "robots" else ""
             raise InputError(
-                f"{self.word}: decide returned {answer!r:.60}; it should be "
+                f"{self.word}: decide returned {_in_a_line(answer)}; it should be "
                 f"{ANSWERS[self.side]}{count}."
             ) from None
         last = world.building.floors - 1
@@ -203,7 +205,7 @@ class CheckedStrategy:
                 else "is floor 0 only"
             )
             raise InputError(
-                f"{self.word}: decide returned {answer!r:.60}; there {there}."
+                f"{self.word}: decide returned {_in_a_line(answer)}; there {there}."
             )
         return decision
 
@@ -228,6 +230,11 @@ def metres(x: Any, y: Any) -> tuple[float, float]:
     if not np.isfinite(read).all():
         raise ValueError
     return read
+
+
+def _in_a_line(answer: Any) -> str:
+    """Show the beginning of an answer, without the lines of an array."""
+    return " ".join(repr(answer).split())[:60]
 
 
 def _refuse_words(*values: Any) -> None:
