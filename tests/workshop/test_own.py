@@ -2,6 +2,7 @@
 
 import json
 import sys
+from copy import deepcopy
 from hashlib import sha256
 from itertools import count
 from pathlib import Path
@@ -20,6 +21,7 @@ from reference.workshop.storage.workers import InProcess
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.own import from_code
 from reference.workshop.strategies.trained import FlatFire, FlatRobots
+from reference.workshop.strategies.untouched import untouched
 
 CODE = """
 from reference.fire import RandomFire
@@ -443,6 +445,17 @@ def test_refuses_to_let_code_change_the_world(side, line, told, mine, capsys):
     status, message = refusal(capsys, *played)
     assert (status, message.count("\n")) == (1, 1)
     assert f"{mine}:Odd: decide changes {told}. " in message
+
+
+def test_refuses_to_let_code_change_the_map_and_the_paper(monkeypatch):
+    """All runs that follow would be played with them."""
+    world = deepcopy(Simulation(shipped("tiny")).world)
+    changes_map = pytest.raises(InputError, match=r"changes world\.building\.kind\.")
+    with changes_map, untouched(world, "mine:Odd"):
+        world.building.kind[0, 1] = 2
+    changes_paper = pytest.raises(InputError, match=r"decide changes paper\.HEALTH\.")
+    with changes_paper, untouched(world, "mine:Odd"):
+        monkeypatch.setattr(paper, "HEALTH", 7.0)
 
 
 def test_code_may_change_copies_of_the_world(mine):

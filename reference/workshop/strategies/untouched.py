@@ -1,6 +1,7 @@
 """Refuse to let code of one's own change the world: who decides only looks at it.
 
-`robot.position += 1` would move the robot, and no run would tell.
+`robot.position += 1` would move the robot, and no run would tell.  A change of the map,
+or of the paper's numbers, would change all runs that follow.
 """
 
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from reference.paper import InputError
+from reference.workshop.storage.numbers import paper_numbers
 from reference.world import World
 
 
@@ -42,6 +44,10 @@ def _parts(world: World) -> Iterator[tuple[str, Any]]:
     for robot in world.robots:
         for name, value in vars(robot).items():
             yield f"robot.{name}", _copied(value)
+    for name in ("kind", "walkable", "area", "landmark"):
+        yield f"world.building.{name}", _copied(getattr(world.building, name))
+    for name, number in paper_numbers().items():
+        yield f"paper.{name}", number
 
 
 def _copied(value: Any) -> Any:
