@@ -72,7 +72,7 @@ def test_code_of_ones_own_meets_everybody_under_the_name_that_was_typed(mine, ca
     ("command", "status", "hint"),
     [
         ("evacuate --robots nowhere:Guide", 1, "there is no module 'nowhere'"),
-        ("evacuate --robots MINE:Guid", 1, "has no 'Guid'"),
+        ("evacuate --robots MINE:Guid", 1, "has no 'Guid'. Did you mean 'Guide'?"),
         (
             "evacuate --robots MINE:idle",
             1,
@@ -120,6 +120,14 @@ def test_refuses_a_decision_that_is_none(side, answer, mine, capsys):
     assert (side == "fire") or message.endswith(
         "for each of the robots at work, 4 now.\n"
     )
+
+
+def test_a_file_that_code_itself_misses_is_told_with_its_line(mine):
+    """Not as one that the command misses."""
+    write(mine, "open('nowhere/at-all')")
+    with pytest.raises(RuntimeError, match=f"{mine}:Odd: decide raised") as raised:
+        main(f"{MATCH} {mine}:Odd".split())
+    assert isinstance(raised.value.__cause__, FileNotFoundError)
 
 
 def test_a_decision_that_is_yielded_is_code_of_ones_own_too(mine, capsys):

@@ -44,6 +44,7 @@ from reference.building import Building
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.workshop.storage.numbers import paper_numbers
+from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import digests_of_code
 from reference.workshop.storage.workers import is_being_stopped
 from reference.workshop.strategies.trained import Trained
@@ -97,9 +98,11 @@ def from_code(word: str, side: Side) -> Any:
     itself raises is not caught.
     """
     name = word.partition(":")[2]
-    named = getattr(_import_anew(word), name, None)
+    module = _import_anew(word)
+    named = getattr(module, name, None)
     if named is None:
-        raise InputError(f"{word}: {_file_of(word)} has no '{name}'.")
+        close = did_you_mean(name, vars(module))
+        raise InputError(f"{word}: {_file_of(word)} has no '{name}'.{close}")
     needs = f"decide(self, {', '.join(ASKED[side])})"
     with _own_code(word, "it"):
         made = _made(named, f"{word}: who plays the {side} has {needs}")
@@ -174,9 +177,11 @@ class CheckedStrategy:
                 if isgenerator(answer):  # its code runs here, or nowhere
                     answer = list(answer)
             except Exception as error:
-                error.add_note(
-                    f"{self.word}: decide raised this after {world.time:g} s"
-                )
+                told = f"{self.word}: decide raised this after {world.time:g} s"
+                if isinstance(error, OSError | MemoryError):
+                    # a command would tell it as its own, without the line
+                    raise RuntimeError(told) from error
+                error.add_note(told)
                 raise
         if self.side == "fire" and answer is None:
             return None
