@@ -323,6 +323,6 @@ def curves_of_arms(arms: Mapping[str, Sequence[TrainingTable]]) -> Figure:
     if lines:
         whole.legend(loc="outside right center", handlelength=3.2)
     else:
-        middle = {"transform": axes.transAxes, "ha": "center"}
-        axes.text(0.5, 0.5, "the trainings are too short for curves", **middle)
+        told = "the trainings are too short for curves"
+        axes.text(0.5, 0.5, told, transform=axes.transAxes, ha="center")
     return whole
