@@ -2,7 +2,6 @@
 
 import json
 import sys
-from copy import deepcopy
 from hashlib import sha256
 from itertools import count
 from pathlib import Path
@@ -14,6 +13,7 @@ from refusals import refusal
 
 from reference import load, paper
 from reference.__main__ import main
+from reference.building import Building
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing import design, jobs, matches, report, runs
@@ -457,7 +457,8 @@ def test_refuses_to_let_code_change_the_world(side, line, told, mine, capsys):
 
 def test_refuses_to_let_code_change_the_map_and_the_paper(monkeypatch):
     """All runs that follow would be played with them."""
-    world = deepcopy(Simulation(shipped("tiny")).world)
+    own = Building(shipped("tiny").drawing)  # no other test plays in it
+    world = Simulation(own).world
     changes_map = pytest.raises(InputError, match=r"changes world\.building\.kind\.")
     with changes_map, untouched(world, "mine:Odd"):
         world.building.kind[0, 1] = 2
