@@ -5,12 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 from matplotlib.colors import to_hex
 from pages import overlaps, writing
 from trainings import TINY, tiny, trained
 
 from reference.__main__ import main
 from reference.fire import RandomFire
+from reference.learning.players import LearnedNetwork
 from reference.simulation import Simulation
 from reference.workshop.drawing import curves
 from reference.workshop.drawing.colours import colour_of
@@ -262,6 +264,12 @@ def test_what_differs_between_trainings_is_said_in_a_line():
     assert (
         differences({"a": one, "b": fixed})
         == "building: tiny, paper; fire: learns, random"
+    )
+    network = LearnedNetwork(robots, {"weight": torch.ones(3)})
+    later = replace(one, initial={"robots": network})
+    assert re.fullmatch(
+        r"begins with: random weights, network [0-9a-f]{6}",
+        differences({"a": one, "b": later}),
     )
     laptop = replace(one, settings=preset("laptop"))
     assert re.search(r"; and \d+ more$", differences({"a": one, "b": laptop}))

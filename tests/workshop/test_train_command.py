@@ -164,9 +164,20 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     capsys.readouterr()
     assert train("--out", "x", "--robots", "sweep", "--initialize-from", "new") == 1
     assert "nobody learned there who learns here" in capsys.readouterr().err
-    assert train("--out", "x", "--initialize-from", "learned") == 1
-    assert "has head set. Write it into the settings" in capsys.readouterr().err
+    assert train("--out", "x", "--head", "floor", "--initialize-from", "learned") == 1
+    assert "the network to begin with has head set. Ask for" in capsys.readouterr().err
     assert not os.path.exists("x")
+
+
+@pytest.mark.paper("E3")
+def test_settings_say_of_a_network_to_begin_with_only_what_is_asked(once):
+    """The preset takes its head and size."""
+    begin = ("--out", "new", "--initialize-from", "learned")
+    assert train(*begin, "--fire", "random") == 0
+    task = load_checkpoint("new").task
+    assert task.settings.robots.head == task.initial["robots"].settings.head == "set"
+    assert task.settings.fire.head == tiny().fire.head
+    assert resumed("new", "--preset", "tiny") == 0
 
 
 def test_fire_can_be_trained_in_a_building_without_robots(once, capsys):

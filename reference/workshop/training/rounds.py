@@ -466,13 +466,16 @@ def _learner(task: Task, side: Side) -> Learner:
         learner = LEARNERS_OF_SEVERAL[settings.trainer_type](settings, sizes, seed)
     who = task.initial.get(side)
     if who is not None:
-        for name in NETWORK_ROWS:
-            theirs = getattr(who.settings, name)
-            if theirs != getattr(settings, name):
-                raise SettingsError(
-                    f"{side}: the network to begin with has {name} {theirs}. Write it "
-                    "into the settings."
-                )
+        theirs = {name: getattr(who.settings, name) for name in NETWORK_ROWS}
+        others = [
+            name for name in NETWORK_ROWS if theirs[name] != getattr(settings, name)
+        ]
+        if others:
+            raise SettingsError(
+                f"{side}: the network to begin with has "
+                f"{', '.join(f'{name} {theirs[name]}' for name in others)}. Ask for "
+                "nothing else."
+            )
         learner.actor.load_state_dict(dict(who.weights))
     return learner
 

@@ -20,7 +20,7 @@ from reference.workshop.training.families import RANDOM, Family, family_of
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import fixed_player
 from reference.workshop.training.presets import Settings, preset
-from reference.workshop.training.rounds import Training
+from reference.workshop.training.rounds import NETWORK_ROWS, Training
 
 OPTIONS = ("preset", "settings", "building", "trainer", "head", *SIDES, "imitate")
 OPTIONS += ("initialize_from", "seed", "scenario")
@@ -66,6 +66,7 @@ def begin_training(asked: Namespace) -> Training:
                 initial[side] = fixed_player(path, side, building, scenario)
         if not initial:
             raise CheckpointError(f"{path}: nobody learned there who learns here.")
+        settings = _settings(asked, initial)
 
     if building is not None and "fire" not in fixed and not lightable(building).any():
         raise InputError("nothing can burn there. Draw more, or take --fire none.")
@@ -87,9 +88,17 @@ def _never_plays(asked: Namespace, settings: Settings, family: Family | None) ->
     return bool(family) and settings.random_fires == 1 and asked.robots is None
 
 
-def _settings(asked: Namespace) -> Settings:
-    """Change a preset by the file and the options. Raises SettingsError."""
+def _settings(
+    asked: Namespace, initial: Mapping[Side, LearnedNetwork] | None = None
+) -> Settings:
+    """Change a preset by the file and the options. Raises SettingsError.
+
+    initial: networks to begin with; of them the preset takes what their weights mean
+    """
     made = preset(asked.preset or "laptop")
+    for side, who in (initial or {}).items():
+        rows = {name: getattr(who.settings, name) for name in NETWORK_ROWS}
+        made = replace(made, **{side: replace(getattr(made, side), **rows)})
     if asked.settings is not None:
         made = read_yaml(asked.settings, made)
     robots = replace(
