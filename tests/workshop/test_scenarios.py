@@ -109,6 +109,12 @@ def test_an_evacuation_is_under_what_is_asked_for(capsys):
     assert json.loads(capsys.readouterr().out)["people"] == 3
 
 
+def test_an_evaluation_of_nobody_is_refused(capsys):
+    """No share of them survives."""
+    status, message = refusal(capsys, "evaluate", "--building", "tiny", "--people", "0")
+    assert (status, message) == (1, "there is nobody to evacuate: raise people\n")
+
+
 def test_a_fire_that_spreads_fast_and_burns_for_long_does_more_harm(capsys):
     """So both are heard; h is that of the same scenario."""
     found = []

@@ -53,7 +53,8 @@ def begin_in_buildings(
     """Begin an evaluation in each building; asked: as of `begin_evaluation`.
 
     buildings: none where checkpoints, or the default, say which
-    Raises as `begin_evaluation` does, and InputError for different numbers of people.
+    Raises as `begin_evaluation` does, and InputError for different numbers of people,
+    and for nobody.
     """
     where: Sequence[str | None] = buildings or [None]
     begun = [matches.begin_evaluation(robots, fires, each, **asked) for each in where]
@@ -65,6 +66,8 @@ def begin_in_buildings(
             f"{words}: buildings are compared with as many people in each. Ask for "
             "--people N."
         )
+    if not any(counts.values()):
+        raise InputError("there is nobody to evacuate: raise people")
     return named
 
 

@@ -93,8 +93,7 @@ class Arena:
 class Evaluation:
     """All that determines its runs; run i of each match has seed + i.
 
-    Plain data, from which any process can play. Raises InputError for too many runs,
-    and for nobody to evacuate.
+    Plain data, from which any process can play. Raises InputError for too many runs.
 
     sample  draw learned policies' actions instead of taking the likeliest
     errors  metres that robots observe wrongly by, in the worst case [F4]
@@ -118,8 +117,6 @@ class Evaluation:
             raise InputError(
                 f"{runs} runs from seed {self.seed} on: ask for 1 to {MOST_RUNS:,}."
             )
-        if not self.arena.people:
-            raise InputError("there is nobody to evacuate: raise people")
 
     @property
     def seeds(self) -> range:
