@@ -19,22 +19,18 @@ if __name__ == "__main__":
 from argparse import ArgumentParser, Namespace
 from argparse import RawDescriptionHelpFormatter as Formatter
 from collections.abc import Mapping, Sequence
-from concurrent.futures import BrokenExecutor
-from contextlib import suppress
 from types import MappingProxyType
 from typing import Any, NoReturn
 
 import reference
-from reference.paper import InputError
 from reference.workshop.commands.building import check, draw, floors
+from reference.workshop.commands.common import STOPPED, complain, exit_status
 from reference.workshop.commands.evacuation import evacuate, first_look, strategies
 from reference.workshop.commands.evaluation import evaluate
 from reference.workshop.commands.experiment import experiment
 from reference.workshop.commands.measures import bench, paper, validate
 from reference.workshop.commands.options import Command
 from reference.workshop.commands.training import curves, train
-from reference.workshop.storage.files import message_of
-from reference.workshop.storage.runs import ContradictionError
 from reference.workshop.storage.workers import STOPPED_BY, STOPS, stop, stop_again
 
 MAP_COMMANDS = (check, draw, floors)
@@ -43,43 +39,17 @@ MODEL_COMMANDS = (validate, bench, paper)
 COMMANDS = {
     each.run.__name__: each for each in (*MAP_COMMANDS, *RUN_COMMANDS, *MODEL_COMMANDS)
 }
-NO_BUGS = (InputError, OSError, UnicodeError, MemoryError, BrokenExecutor)
-STOPPED = "stopped; nothing half-written is left"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line, by default `sys.argv`; return the exit status."""
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
-    try:
-        try:
-            arguments = _arguments(argv)
-            arguments.run(arguments)
-        finally:
-            sys.stdout.flush()
-    except KeyboardInterrupt as stopped:  # its text, if any, says what is kept
-        return _complain(str(stopped) or STOPPED, 130)
-    except NO_BUGS as error:
-        _drop_unprinted()
-        if isinstance(error, BrokenPipeError):  # `| head -1` has closed the pipe
-            return 1
-        status = 2 if isinstance(error, ContradictionError) else 1
-        return _complain(message_of(error) or "there is not enough memory", status)
-    return 0
 
+    def run() -> None:
+        arguments = _arguments(argv)
+        arguments.run(arguments)
 
-def _complain(message: str, status: int) -> int:
-    """Print a message to stderr; return the status."""
-    with suppress(OSError):  # stderr is closed
-        print(message, file=sys.stderr)
-    return status
-
-
-def _drop_unprinted() -> None:
-    """Drop output that cannot be printed: Python would retry it loudly at exit."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return exit_status(run)
 
 
 class _Parser(ArgumentParser):
@@ -152,7 +122,7 @@ def _process() -> int:
     except (Exception, KeyboardInterrupt):  # a library's own, perhaps a stop's
         if not STOPPED_BY:
             raise
-        status = _complain(STOPPED, 130)
+        status = complain(STOPPED, 130)
     if status == 130:
         sys.stderr.flush()
         os._exit(status)  # Python may crash when it unloads what is half loaded

@@ -13,6 +13,7 @@ whichever of `sweep` and `escort` saves more on average, and three quarters of w
 guide gains over nobody in buildings where it gains 8 points or more.
 """
 
+import sys
 from argparse import ArgumentParser
 from pathlib import Path
 from typing import NamedTuple
@@ -20,6 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from reference import load
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.matches import begin_evaluation
 from reference.workshop.comparing.results import align_columns
@@ -114,12 +117,12 @@ def main():
     parser = ArgumentParser(description="Robots in buildings that they never saw.")
     parser.add_argument("robots", nargs="?", default="learned", help="a checkpoint")
     parser.add_argument("--out", type=Path, default=Path("out/any_map"))
-    parser.add_argument("--buildings", type=int, default=30, help="that are generated")
+    parser.add_argument("--buildings", type=whole(1), default=30, help="generated")
     parser.add_argument(
         "--first", type=int, default=FIRST_SEED, help="seed"
     )
-    parser.add_argument("--episodes", type=int, default=20)
-    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--episodes", type=whole(1), default=20)
+    parser.add_argument("--workers", type=whole(0), default=2)
     options = parser.parse_args()
 
     places = [*generated_places(options.out, options.buildings, options.first)]
@@ -156,4 +159,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(exit_status(main))

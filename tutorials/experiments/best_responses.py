@@ -10,12 +10,14 @@ them, on the seeds of the experiment's tests.  Whatever is finished is kept; the
 command goes on.  A training takes some four minutes of a core.
 """
 
+import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
 import numpy as np
 from how_many_buildings import finish_training, until_stopped
 
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.design import read_experiment
 from reference.workshop.comparing.intervals import interval_over_trainings
 from reference.workshop.comparing.jobs import arm_of, finished
@@ -63,8 +65,8 @@ def main():
     parser = ArgumentParser(description="Best responses to each training.")
     parser.add_argument("file", type=Path, help="the experiment's TOML")
     parser.add_argument("folder", type=Path, help="where its trainings are")
-    parser.add_argument("--decisions", type=int, default=20_000, help="of each fire")
-    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--decisions", type=whole(1), default=20_000, help="each")
+    parser.add_argument("--workers", type=whole(0), default=2)
     asked = parser.parse_args()
 
     experiment = read_experiment(asked.file)
@@ -100,4 +102,4 @@ def main():
 
 
 if __name__ == "__main__":
-    until_stopped(main)
+    sys.exit(until_stopped(main))

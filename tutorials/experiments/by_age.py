@@ -7,11 +7,15 @@ are kept in DIR/by_age: what was played there is not played again. Beside them t
 ages of robots and fire play the same seed in one film, by_age.html.
 """
 
+import sys
 from argparse import ArgumentParser
 from dataclasses import replace
 from pathlib import Path
 
 from reference import animate
+from reference.paper import InputError
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing import begin_evaluation, cells, play_evaluation
 from reference.workshop.comparing.results import table
 from reference.workshop.drawing import crossplay, save
@@ -27,6 +31,8 @@ def ages(folder, tenths):
     steps = {}
     for path in sorted(folder.glob("checkpoint-*.pt")):
         steps[path] = load_checkpoint(path).learners["robots"]["steps"]
+    if not steps:
+        raise InputError(f"{folder}: there is no checkpoint in this folder.")
     end = max(steps.values())
     found = {}
     for k in range(1, tenths + 1):
@@ -39,10 +45,10 @@ def ages(folder, tenths):
 def main():
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("training", type=Path, help="the folder of a league")
-    parser.add_argument("--tenths", type=int, default=10, help="how many ages")
-    parser.add_argument("--episodes", type=int, default=30, help="of each match")
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--seed", type=int, default=5000, help="of the film")
+    parser.add_argument("--tenths", type=whole(1), default=10, help="how many ages")
+    parser.add_argument("--episodes", type=whole(1), default=30, help="of each match")
+    parser.add_argument("--workers", type=whole(0), default=2)
+    parser.add_argument("--seed", type=whole(0), default=5000, help="of the film")
     asked = parser.parse_args()
     found = ages(asked.training, asked.tenths)
     names = list(found)
@@ -68,4 +74,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(exit_status(main))

@@ -6,25 +6,31 @@ Per cent of people saved, and the robots' reward R, with other numbers than thos
 `reference.paper`, on the same evacuations of the paper's building.
 """
 
+import sys
 from argparse import ArgumentParser
 from itertools import product
 
 import numpy as np
 
 from reference import Scenario, Simulation, load
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.engine import to_the_end
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES, ROBOTS
 
-if __name__ == "__main__":
+
+def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     usual = Scenario()
     parser.add_argument("--spread", type=float, default=usual.spread_rate)
     parser.add_argument("--burns", type=float, default=usual.burn_seconds)
-    parser.add_argument("--episodes", type=int, default=24, metavar="N")
-    parser.add_argument("--seed", type=int, default=98_001, metavar="N")
-    parser.add_argument("--robots", nargs="+", default=["none", "sweep", "escort"])
-    parser.add_argument("--fire", nargs="+", default=["random", "busiest", "fixed"])
+    parser.add_argument("--episodes", type=whole(1), default=24, metavar="N")
+    parser.add_argument("--seed", type=whole(0), default=98_001, metavar="N")
+    guides = ["none", "sweep", "escort"]
+    foes = ["random", "busiest", "fixed"]
+    parser.add_argument("--robots", nargs="+", choices=ROBOTS, default=guides)
+    parser.add_argument("--fire", nargs="+", choices=FIRES, default=foes)
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.episodes)
     scenario = Scenario(spread_rate=asked.spread, burn_seconds=asked.burns)
@@ -40,3 +46,7 @@ if __name__ == "__main__":
             saved = 100 * np.mean([end.evacuated / end.people for end in ends])
             reward = np.mean([end.reward for end in ends])
             print(f"{robots:8} {fire:8} {saved:5.1f} {reward:8.0f}", flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

@@ -20,6 +20,8 @@ import numpy as np
 from any_map import FIRES, Place, generated_places, room_in, survivors
 from matplotlib.figure import Figure
 
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.results import align_columns
 from reference.workshop.drawing import save
 from reference.workshop.drawing.page import BLUE
@@ -125,12 +127,12 @@ def drawn(found):
 def main():
     parser = ArgumentParser(description="How many buildings are needed?")
     add = parser.add_argument
-    add("--numbers", type=int, nargs="+", default=NUMBERS, help="of buildings")
-    add("--seeds", type=int, nargs="+", default=(0, 1), help="of trainings; 0 and 1")
-    add("--decisions", type=int, default=500_000, help="of each; 500,000")
-    add("--episodes", type=int, default=10, help="in each building; 10")
+    add("--numbers", type=whole(1), nargs="+", default=NUMBERS, help="of buildings")
+    add("--seeds", type=whole(0), nargs="+", default=(0, 1), help="of trainings; 0, 1")
+    add("--decisions", type=whole(1), default=500_000, help="of each; 500,000")
+    add("--episodes", type=whole(1), default=10, help="in each building; 10")
     add("--out", type=Path, default=Path("out/how_many"), help="out/how_many")
-    add("--workers", type=int, default=2, help="processes; 0: this one; 2")
+    add("--workers", type=whole(0), default=2, help="processes; 0: this one; 2")
     add("--picture", type=Path, help="DIR/buildings.png")
     asked = parser.parse_args()
 
@@ -165,14 +167,20 @@ def main():
 
 
 def until_stopped(main):
-    """Run a script that goes on where it was; Ctrl-C and SIGTERM stop it alike."""
+    """Run a script that goes on where it was; return the exit status.
+
+    Ctrl-C and SIGTERM stop it alike.
+    """
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        main()
-    except KeyboardInterrupt:
-        print("stopped; the same command goes on", file=sys.stderr)
-        sys.exit(130)
+
+    def run():
+        try:
+            main()
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt("stopped; the same command goes on") from None
+
+    return exit_status(run)
 
 
 if __name__ == "__main__":
-    until_stopped(main)
+    sys.exit(until_stopped(main))

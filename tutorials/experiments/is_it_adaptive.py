@@ -8,6 +8,7 @@ other evacuations; then both burn in the same ones, in the paper's building. And
 `guard`, who knows that sequence, meets the fire.
 """
 
+import sys
 from argparse import ArgumentParser
 from collections import Counter, defaultdict
 from copy import deepcopy
@@ -15,6 +16,8 @@ from copy import deepcopy
 import numpy as np
 
 from reference import Scenario, Simulation, load
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.engine import to_the_end
@@ -58,12 +61,12 @@ def saved(runs):
     return np.array([100 * o.evacuated / o.people for o in outcomes])
 
 
-if __name__ == "__main__":
+def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("fire", metavar="FIRE")
     parser.add_argument("--robots", default="observer", metavar="S")
-    parser.add_argument("--episodes", type=int, default=60, metavar="N")
-    parser.add_argument("--seed", type=int, default=80_000, metavar="N")
+    parser.add_argument("--episodes", type=whole(1), default=60, metavar="N")
+    parser.add_argument("--seed", type=whole(0), default=80_000, metavar="N")
     asked = parser.parse_args()
     robots = strategy_named(asked.robots, "robots")
     fire = strategy_named(asked.fire, "fire")
@@ -79,3 +82,7 @@ if __name__ == "__main__":
     for values, words in ((repeated, "from its sequence"), (guarded, "as a guard")):
         more, low, high = interval_of_mean(values - own)
         print(f"{more:.1f} [{low:.1f}, {high:.1f}] points more {words}")
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

@@ -23,6 +23,8 @@ import numpy as np
 from what_a_decision_is_worth import measure_all, named, read_rows
 
 from reference import Scenario, Simulation, load
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.results import align_columns
 from reference.workshop.engine import to_the_end
@@ -140,18 +142,24 @@ def tell(rows):
     print(align_columns(lines, "<<>>>>>>>"))
 
 
-if __name__ == "__main__":
+def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("table", metavar="CSV")
-    parser.add_argument("--evacuations", type=int, default=8, metavar="N")
+    parser.add_argument("--evacuations", type=whole(1), default=8, metavar="N")
     parser.add_argument("--fires", nargs="+", default=FIRES, metavar="S")
     parser.add_argument("--base", nargs="+", default=BASES, metavar="S")
-    parser.add_argument("--held", type=int, default=4, metavar="H")
-    parser.add_argument("--futures", nargs=2, type=int, default=ROUNDS, metavar="S")
+    parser.add_argument("--held", type=whole(1), default=4, metavar="H")
+    parser.add_argument(
+        "--futures", nargs=2, type=whole(1), default=ROUNDS, metavar="S"
+    )
     parser.add_argument("--building", default="paper", metavar="NAME")
-    parser.add_argument("--seed", type=int, default=110_000, metavar="N")
-    parser.add_argument("--workers", type=int, default=2, metavar="N")
+    parser.add_argument("--seed", type=whole(0), default=110_000, metavar="N")
+    parser.add_argument("--workers", type=whole(0), default=2, metavar="N")
     parser.add_argument("--minutes", type=float, default=240, metavar="CPU")
     asked = parser.parse_args()
     play(asked)
     tell(read_rows(Path(asked.table), Row))
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

@@ -10,11 +10,13 @@ play in every other building and scenario, from checkpoints with a head of sets.
 """
 
 import sys
+from argparse import ArgumentParser
 from dataclasses import replace
 from typing import Any
 
 from reference.learning.settings import Side
 from reference.paper import InputError
+from reference.workshop.commands.common import exit_status
 from reference.workshop.strategies import ANYWHERE, SHIPPED
 from reference.workshop.training.checkpoints import (
     Checkpoint,
@@ -67,10 +69,19 @@ def shipped_anywhere(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
     return shipped(robots, fire)
 
 
-if __name__ == "__main__":
-    anywhere = sys.argv[3:] == ["--anywhere"]
-    robots, fire = map(load_checkpoint, sys.argv[1:3])
-    if anywhere:
+def main():
+    parser = ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("robots", metavar="ROBOTS.pt")
+    parser.add_argument("fire", metavar="FIRE.pt")
+    parser.add_argument("--anywhere", action="store_true", help="no building in it")
+    asked = parser.parse_args()
+    robots = load_checkpoint(asked.robots)
+    fire = load_checkpoint(asked.fire)
+    if asked.anywhere:
         save_checkpoint(shipped_anywhere(robots, fire), ANYWHERE)
     else:
         save_checkpoint(shipped(robots, fire), SHIPPED)
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

@@ -7,6 +7,7 @@ signal over its noise is printed for several λ: 1 believes what happened after 
 decision, 0 what the critic says of the next one. Near 0, on either side, there is none.
 """
 
+import sys
 from argparse import ArgumentParser
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -14,6 +15,8 @@ from pathlib import Path
 
 from reference.learning.adversarial import player_of
 from reference.learning.rollouts import Job, play
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.engine import together
 from reference.workshop.storage.workers import chunks, one_thread
 from reference.workshop.strategies import FIRES
@@ -31,13 +34,13 @@ def played(job):
         return [episode.robots for episode in play(job, advance=together)]
 
 
-if __name__ == "__main__":
+def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("training", type=Path, help="its folder")
     parser.add_argument("--fire", nargs="+", choices=FIRES, default=["busiest"])
-    parser.add_argument("--episodes", type=int, default=96, help="under each fire")
-    parser.add_argument("--seed", type=int, default=300_000)
-    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--episodes", type=whole(1), default=96, help="under each fire")
+    parser.add_argument("--seed", type=whole(0), default=300_000)
+    parser.add_argument("--workers", type=whole(0), default=2)
     asked = parser.parse_args()
     training = Training.resumed(load_checkpoint(asked.training))
     learner = training.learners["robots"]
@@ -66,3 +69,7 @@ if __name__ == "__main__":
         signal = measure_signal(learner)
         figures = (f"{name} {figure:.2f}" for name, figure in signal.items())
         print(f"lambda {lambd}: {', '.join(figures)}")
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

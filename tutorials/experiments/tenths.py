@@ -9,6 +9,7 @@ shows the whole training: reward, entropy, survivors, difficulty h and score E, 
 the paper tells it, the reward by its E.
 """
 
+import sys
 from argparse import ArgumentParser
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +17,8 @@ from pathlib import Path
 from by_age import ages
 
 from reference.evaluation.score import paper_ruler
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing import begin_evaluation, cells, play_evaluation
 from reference.workshop.comparing.results import cell_as_json, table
 from reference.workshop.drawing.curves import PANELS, curves_of, read_summaries, smooth
@@ -136,9 +139,9 @@ def mean_of(cell, figure):
 def main():
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("training", type=Path, help="its folder")
-    parser.add_argument("--tenths", type=int, default=10, help="how many ages")
-    parser.add_argument("--episodes", type=int, default=40, help="of each match")
-    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--tenths", type=whole(1), default=10, help="how many ages")
+    parser.add_argument("--episodes", type=whole(1), default=40, help="of each match")
+    parser.add_argument("--workers", type=whole(0), default=2)
     parser.add_argument("--picture", type=Path, help="DIR/tenths/tenths.png")
     asked = parser.parse_args()
     folder = asked.training / "tenths"
@@ -160,4 +163,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(exit_status(main))

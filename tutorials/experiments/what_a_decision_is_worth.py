@@ -28,7 +28,10 @@ import numpy as np
 
 from reference import Scenario, Simulation, load
 from reference.building import distance
+from reference.paper import InputError
 from reference.robots import followers_of
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.drawing import page
@@ -358,6 +361,8 @@ def tell_guard(rows):
 def show(asked):
     """Print tables, and draw the picture."""
     rows = read_rows(Path(asked.table))
+    if not rows:
+        raise InputError(f"{asked.table}: there is no row in it, or no file.")
     print("decisions, and people gained by one in fresh futures; * interval above 0")
     for one in sorted(set(map(cell, rows))):
         tell([row for row in rows if cell(row) == one])
@@ -461,24 +466,28 @@ def draw_times(axes, rows):
     axes.set(xlim=(-5, 205), xlabel="time, s")
 
 
-if __name__ == "__main__":
+def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     commands = parser.add_subparsers(dest="command", required=True)
     player = commands.add_parser("play", help="measure decisions")
     player.add_argument("table", metavar="CSV")
-    player.add_argument("--decisions", type=int, default=200, metavar="N")
+    player.add_argument("--decisions", type=whole(1), default=200, metavar="N")
     player.add_argument("--fires", nargs="+", default=FIRES, metavar="S")
     player.add_argument("--base", nargs="+", default=BASES, metavar="S")
-    player.add_argument("--held", nargs="+", type=int, default=[4], metavar="H")
+    player.add_argument("--held", nargs="+", type=whole(1), default=[4], metavar="H")
     player.add_argument("--where", choices=(ANY, GUARD), default=ANY)
     player.add_argument("--building", default="paper", metavar="NAME")
-    player.add_argument("--seed", type=int, default=100_000, metavar="N")
-    player.add_argument("--workers", type=int, default=2, metavar="N")
+    player.add_argument("--seed", type=whole(0), default=100_000, metavar="N")
+    player.add_argument("--workers", type=whole(0), default=2, metavar="N")
     player.add_argument("--minutes", type=float, default=240, metavar="CPU")
     shower = commands.add_parser("show", help="print tables, draw the picture")
     shower.add_argument("table", metavar="CSV")
     shower.add_argument("--picture", metavar="FILE")
     shower.add_argument("--base", nargs=1, default=["observer"], metavar="S")
-    shower.add_argument("--held", nargs=1, type=int, default=[4], metavar="H")
+    shower.add_argument("--held", nargs=1, type=whole(1), default=[4], metavar="H")
     asked = parser.parse_args()
     play(asked) if asked.command == "play" else show(asked)
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

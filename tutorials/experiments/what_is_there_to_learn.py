@@ -8,6 +8,7 @@ nothing, no adversary can teach, however well one learns. All guides know only w
 robot observes, and `guard` one sequence of fires.
 """
 
+import sys
 from argparse import ArgumentParser
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
@@ -19,6 +20,8 @@ from unittest.mock import patch
 import numpy as np
 
 from reference import Scenario, Simulation, load
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.engine import to_the_end
@@ -129,11 +132,11 @@ def saved(name, fire, seeds):
     return np.array([100 * o.evacuated / o.people for o in outcomes])
 
 
-if __name__ == "__main__":
+def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--episodes", type=int, default=60, metavar="N")
-    parser.add_argument("--seed", type=int, default=70_000, metavar="N")
-    parser.add_argument("--workers", type=int, default=2, metavar="N")
+    parser.add_argument("--episodes", type=whole(1), default=60, metavar="N")
+    parser.add_argument("--seed", type=whole(0), default=70_000, metavar="N")
+    parser.add_argument("--workers", type=whole(0), default=2, metavar="N")
     parser.add_argument("--fire", nargs="+", default=UNDER, metavar="S")
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.episodes)
@@ -153,3 +156,7 @@ if __name__ == "__main__":
             print(f"more than {usual}, the best under {asked.fire[0]}")
             for name in FAMILY:
                 print(f"    {name:18}{found[name].mean():6.1f}", flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

@@ -8,12 +8,15 @@ variance of the people saved is due to what? Only the first row can be learned f
 state's part is what a critic can foresee. How: `workshop/measuring/variance.py`.
 """
 
+import sys
 from argparse import ArgumentParser
 from functools import partial
 
 import numpy as np
 
 from reference import Scenario, Simulation, load
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.engine import make_ready, together
@@ -71,13 +74,13 @@ def tell(fire, results):
         print(words, flush=True)
 
 
-if __name__ == "__main__":
+def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("robots", metavar="S", help="learned, or a training's folder")
     parser.add_argument("--fire", nargs="+", default=["busiest", "closer"], metavar="S")
-    parser.add_argument("--decisions", type=int, default=100, metavar="N")
-    parser.add_argument("--seed", type=int, default=120_000, metavar="N")
-    parser.add_argument("--workers", type=int, default=2, metavar="N")
+    parser.add_argument("--decisions", type=whole(1), default=100, metavar="N")
+    parser.add_argument("--seed", type=whole(0), default=120_000, metavar="N")
+    parser.add_argument("--workers", type=whole(0), default=2, metavar="N")
     asked = parser.parse_args()
     make_ready()
     seeds = range(asked.seed, asked.seed + asked.decisions)
@@ -85,3 +88,7 @@ if __name__ == "__main__":
         for name in asked.fire:
             work = partial(results_of, asked.robots, name)
             tell(name, np.stack(map_in_order(pool, work, seeds)))
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

@@ -6,6 +6,7 @@ Every decision of a robot at work on the first floor is counted as one of DEEDS,
 people who follow it. The last column is the return, discounted by GAMMA.
 """
 
+import sys
 from argparse import ArgumentParser
 from collections import Counter
 from typing import NamedTuple
@@ -16,6 +17,8 @@ from reference import Scenario, Simulation, load
 from reference.paper import DECISION_SECONDS
 from reference.rewards import group_reward
 from reference.robots import followers_of
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.strategies.guides import GROUP_RADIUS, unguided
 from reference.workshop.training.presets import preset
@@ -85,12 +88,12 @@ def discounted(events):
     return worth
 
 
-if __name__ == "__main__":
+def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("teams", nargs="+", metavar="TEAM")
     parser.add_argument("--fire", default="random", metavar="S")
-    parser.add_argument("--episodes", type=int, default=20, metavar="N")
-    parser.add_argument("--seed", type=int, default=7000, metavar="N")
+    parser.add_argument("--episodes", type=whole(1), default=20, metavar="N")
+    parser.add_argument("--seed", type=whole(0), default=7000, metavar="N")
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.episodes)
     for name, words in DEEDS.items():
@@ -106,3 +109,7 @@ if __name__ == "__main__":
         reward = np.mean([run.reward for run in runs])
         numbers = " ".join(f"{share:12.1f}" for share in shares)
         print(f"{team[-24:]:24} {numbers} {led:5.2f}  {saved:5.1f} {reward:7.0f}")
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

@@ -8,6 +8,7 @@ Then where `closer` would be pushed: nobody guards, and its second source is lit
 of the cells nearest to that way out. Points more than `observer`, same evacuations.
 """
 
+import sys
 from argparse import ArgumentParser
 from functools import partial
 from itertools import product
@@ -20,6 +21,8 @@ from matplotlib.patches import Rectangle
 from reference import Scenario, Simulation, load
 from reference.fire import decision_at
 from reference.navigation import navigation_of
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.drawing import page
@@ -122,11 +125,11 @@ def picture(places, points):
     return figure
 
 
-if __name__ == "__main__":
+def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--episodes", type=int, default=100, metavar="N")
-    parser.add_argument("--seed", type=int, default=80_000, metavar="N")
-    parser.add_argument("--workers", type=int, default=2, metavar="N")
+    parser.add_argument("--episodes", type=whole(1), default=100, metavar="N")
+    parser.add_argument("--seed", type=whole(0), default=80_000, metavar="N")
+    parser.add_argument("--workers", type=whole(0), default=2, metavar="N")
     parser.add_argument("--picture", metavar="FILE")
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.episodes)
@@ -161,3 +164,7 @@ if __name__ == "__main__":
             points.append(float(more.mean()))
     if asked.picture:
         print(page.save(picture(places, points), asked.picture))
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

@@ -7,6 +7,7 @@ robot, or no longer, and who could walk to an exit without crossing flames. In t
 paper's building, the same evacuations for every team.
 """
 
+import sys
 from argparse import ArgumentParser
 from copy import deepcopy
 
@@ -14,6 +15,8 @@ import numpy as np
 
 from reference import Scenario, Simulation, load
 from reference.navigation import navigation_of
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.engine import together
 from reference.workshop.storage.workers import one_thread
@@ -112,13 +115,17 @@ def tell(team, notes):
     print(f"    {share:.0%} of those who die there are led then", flush=True)
 
 
-if __name__ == "__main__":
+def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("teams", nargs="+", metavar="TEAM")
     parser.add_argument("--fire", default="busiest", metavar="S")
-    parser.add_argument("--episodes", type=int, default=40, metavar="N")
-    parser.add_argument("--seed", type=int, default=5000, metavar="N")
+    parser.add_argument("--episodes", type=whole(1), default=40, metavar="N")
+    parser.add_argument("--seed", type=whole(0), default=5000, metavar="N")
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.episodes)
     for team in asked.teams:
         tell(team, evacuations(team, asked.fire, seeds))
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

@@ -6,6 +6,7 @@ Each robot asks both teams, and does what its own says, unless the two differ in
 KINDS. In the paper's building, the same evacuations for every kind.
 """
 
+import sys
 from argparse import ArgumentParser
 from collections import Counter
 
@@ -13,6 +14,8 @@ import numpy as np
 
 from reference import Scenario, Simulation, load
 from reference.robots import actual_target, followers_of, said_on_the_way
+from reference.workshop.commands.common import exit_status
+from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.engine import to_the_end
@@ -87,13 +90,13 @@ def evacuations(asked, follows):
     return saved, sum((run.robot_strategy.differ for run in runs), Counter())
 
 
-if __name__ == "__main__":
+def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("team", metavar="TEAM")
     parser.add_argument("--other", default="observer", metavar="S")
     parser.add_argument("--fire", default="random", metavar="S")
-    parser.add_argument("--episodes", type=int, default=100, metavar="N")
-    parser.add_argument("--seed", type=int, default=30_000, metavar="N")
+    parser.add_argument("--episodes", type=whole(1), default=100, metavar="N")
+    parser.add_argument("--seed", type=whole(0), default=30_000, metavar="N")
     asked = parser.parse_args()
     before, differ = evacuations(asked, None)
     print(f"{asked.team} saves {before.mean():.1f} %; what {asked.other} adds to it:")
@@ -104,3 +107,7 @@ if __name__ == "__main__":
         often = differ[follows] / asked.episodes
         points = f"{mean:.1f} [{low:.1f}, {high:.1f}]"
         print(f"{follows:12} {often:14.1f} {points:>20}  {words}", flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))

@@ -1,19 +1,60 @@
 """What the commands share: printing figures, workers, how to go on."""
 
 import json
+import os
 import shlex
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from reference.paper import InputError
 from reference.workshop.comparing.results import align_columns
-from reference.workshop.storage.runs import locked
+from reference.workshop.storage.files import message_of
+from reference.workshop.storage.runs import ContradictionError, locked
 from reference.workshop.storage.workers import cluster, workers
+
+NO_BUGS = (InputError, OSError, UnicodeError, MemoryError, BrokenExecutor)
+STOPPED = "stopped; nothing half-written is left"
+
+
+def exit_status(run: Callable[[], object]) -> int:
+    """Run something to its end; return the exit status.
+
+    0 done, 1 wrong input, told in a line, 2 a wrong command line, 130 when stopped.
+    """
+    try:
+        try:
+            run()
+        finally:
+            sys.stdout.flush()
+    except KeyboardInterrupt as stopped:  # its text, if any, says what is kept
+        return complain(str(stopped) or STOPPED, 130)
+    except NO_BUGS as error:
+        _drop_unprinted()
+        if isinstance(error, BrokenPipeError):  # `| head -1` has closed the pipe
+            return 1
+        status = 2 if isinstance(error, ContradictionError) else 1
+        return complain(message_of(error) or "there is not enough memory", status)
+    return 0
+
+
+def complain(message: str, status: int) -> int:
+    """Print a message to stderr; return the status."""
+    with suppress(OSError):  # stderr is closed
+        print(message, file=sys.stderr)
+    return status
+
+
+def _drop_unprinted() -> None:
+    """Drop output that cannot be printed: Python would retry it loudly at exit."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def print_report(arguments: Namespace, report: dict[str, Any], text: str) -> None:

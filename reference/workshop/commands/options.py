@@ -63,8 +63,13 @@ def folder(name: str, note: str, **told: Any) -> Option:
 
 def number(name: str, least: int, note: str, most: int = 10**6, **told: Any) -> Option:
     """Declare an option that takes a whole number in these bounds."""
+    return option(name, note, type=whole(least, most), metavar="N", **told)
 
-    def whole(text: str) -> int:
+
+def whole(least: int, most: int = 10**6) -> Callable[[str], int]:
+    """Make what reads a whole number in these bounds from a command line."""
+
+    def read(text: str) -> int:
         """Refuse what is no whole number, or out of bounds."""
         with suppress(ValueError):  # a word is refused below, in the same words
             if least <= int(text) <= most:
@@ -72,7 +77,7 @@ def number(name: str, least: int, note: str, most: int = 10**6, **told: Any) -> 
         wanted = f"a whole number from {least:,} to {most:,}"
         raise ArgumentTypeError(f"'{text}': it must be {wanted}")
 
-    return option(name, note, type=whole, metavar="N", **told)
+    return read
 
 
 def output(names: str, ends: str, note: str, default: Path | None = None) -> Option:

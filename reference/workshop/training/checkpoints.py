@@ -45,13 +45,13 @@ class CheckpointError(InputError):
 
 
 @contextmanager
-def must_fit(path: object, what: str) -> Iterator[None]:
+def must_fit(path: object, what: str, advice: str = "Name another.") -> Iterator[None]:
     """Raise CheckpointError where the parts of a checkpoint do not fit together."""
     try:
         yield
     except Exception as error:  # torch tells damage in many ways
         why = f" ({error!s:.200})" if isinstance(error, ValueError) else ""
-        raise CheckpointError(f"{path}: {what}{why}. Name another.") from error
+        raise CheckpointError(f"{path}: {what}{why}. {advice}") from error
 
 
 @dataclass(frozen=True)
@@ -134,8 +134,13 @@ def _file_of(number: int, folder: Path) -> Path:
 
 def newest_checkpoint(folder: Path) -> Path | None:
     """The latest checkpoint in a folder, if there is one."""
+    return next(reversed(_checkpoints_in(folder)), None)
+
+
+def _checkpoints_in(folder: Path) -> list[Path]:
+    """All checkpoints in a folder, the latest last."""
     paths = folder.glob(FILE_PATTERN)
-    return max(paths, key=lambda path: (len(path.name), path.name), default=None)
+    return sorted(paths, key=lambda path: (len(path.name), path.name))
 
 
 def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
@@ -157,12 +162,15 @@ def load_checkpoint(path: str | Path) -> Checkpoint:
     OSError for an unreadable file.
     """
     path = SHIPPED if path == LEARNED else Path(path)
+    advice = "Name another."
     if path.is_dir():
-        latest = newest_checkpoint(path)
-        if latest is None:
+        found = _checkpoints_in(path)
+        if not found:
             raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
-        path = latest
-    content = _content(path)
+        path = found.pop()
+        if found:
+            advice = f"Delete it, and {found[-1].name} is the newest."
+    content = _content(path, advice)
     # Before anything else is read: what follows may mean something else there.
     made = content.get("format")
     game = content.get("game")
@@ -173,14 +181,15 @@ def load_checkpoint(path: str | Path) -> Checkpoint:
             f"version {version!s:.40}; here they are {reference.GAME} and {FORMAT}. "
             "Use that version, or train anew."
         )
-    with must_fit(path, "lacks a part, or is damaged"):
+    with must_fit(path, "lacks a part, or is damaged", advice):
         return _checkpoint(content)
 
 
-def _content(path: Path) -> dict[str, Any]:
+def _content(path: Path, advice: str) -> dict[str, Any]:
     """Read what torch saved, without executing it. Raises CheckpointError, OSError."""
     refuse_no_file(path)
-    with path.open("rb") as file, must_fit(path, "is damaged, or is no checkpoint"):
+    damaged = must_fit(path, "is damaged, or is no checkpoint", advice)
+    with path.open("rb") as file, damaged:
         archive = ZipFile(file)
         packed = [part for part in archive.infolist() if part.compress_type]
         if packed or archive.testzip():  # torch compresses nothing, and does not look
