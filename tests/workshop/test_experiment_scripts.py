@@ -87,3 +87,22 @@ def test_robots_that_search_are_played_beside_their_own_team():
     before = table.read_bytes()
     assert told("robots_that_search.py", *asked) == lines
     assert table.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("command", "status", "message"),
+    [
+        ("tenths.py nowhere", 1, "nowhere: there is no checkpoint in this folder."),
+        ("what_robots_do.py escrot", 1, "Did you mean 'escort'?"),
+        ("what_a_decision_is_worth.py show none.csv", 1, "there is no row in it"),
+        ("where_people_die.py escort --episodes 0", 2, "must be a whole number from 1"),
+        ("how_fires_burn.py --fire closr", 2, "invalid choice: 'closr'"),
+    ],
+)
+def test_a_script_tells_a_mistake_in_a_line(command, status, message):
+    """As the commands do, without a traceback."""
+    script, *words = command.split()
+    process = python(SCRIPTS / script, *words, stdout=PIPE, stderr=PIPE)
+    _, err = process.communicate(timeout=60)
+    assert (process.returncode, message in err) == (status, True)
+    assert "Traceback" not in err
