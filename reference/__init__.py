@@ -125,6 +125,8 @@ FRONT_DOOR = {
 }
 """Names that `from reference import ...` knows, and where each is made."""
 
+__all__ = [*FRONT_DOOR]
+
 __version__ = "0.25.0"
 
 GAME = 8

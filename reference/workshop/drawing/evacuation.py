@@ -319,6 +319,7 @@ def looks(metre: float) -> dict[str, Style]:
     """Choose the look of all that moves, the upper later; metre: in points."""
     mark = float(np.clip(metre, 5, 10))
     line: Style = {"ls": (0, (4, 2)), "lw": 0.8, "color": INK, "markevery": (1, 3)}
+    seen = line | plans.HALO  # on walls, too
     return {
         "follower": marker("o", 0.9 * mark, STEPS[-1], INK, 0.7),
         "leader": marker("^", 1.1 * mark, STEPS[-1], INK, 0.7),
@@ -328,7 +329,7 @@ def looks(metre: float) -> dict[str, Style]:
         "ash": marker("s", metre, ASH, ASH, 0.6) | {"zorder": 3.2},
         "burnt door": marker("s", 0.9 * metre, CHAR, FLAME, 1.0) | {"zorder": 3.5},
         "fire source": marker("*", 2.6 * mark, SOURCE, "white", 0.9),
-        "destination": marker("+", 1.3 * mark, INK, INK, 1.4) | line,
+        "destination": marker("+", 1.3 * mark, INK, INK, 1.4) | seen,
         "died here": marker("x", 0.9 * mark, INK, INK, 1.6),
     }
 

@@ -45,12 +45,13 @@ function bodies(run, t) { // where and how all are, also between two frames
 
 // -- Shapes, in a square from -1 to 1 -----------------------------------------------
 
-const SHAPES = { // outline, colours of its inside and of its edge, width of the edge
+// outline, colours of its inside and of its edge, widths of the edge and of a halo
+const SHAPES = {
   follower: ["M1 0A1 1 0 1 1-1 0A1 1 0 1 1 1 0Z", "", "ink", 1],
   leader: ["M0-1.3L1.2.9H-1.2Z", "", "ink", 1],
   "died here": ["M-1-1L1 1M1-1L-1 1", "", "ink", 1.8],
   robot: ["M0-1.4L1.4 0L0 1.4L-1.4 0Z", "robot", "ink", 2.2],
-  destination: ["M-1 0H1M0-1V1", "", "ink", 1.4],
+  destination: ["M-1 0H1M0-1V1", "", "ink", 1.4, 3.2],
   "fire source": ["M0-1.8L.5-.6L1.8-.5L.8.3L1.1 1.6L0 .9L-1.1 1.6L-.8.3L-1.8-.5L-.5-.6Z",
     "source", "page", 1],
   flames: ["M-1-1H1V1H-1Z", "flame", "ember", 0.6],
@@ -62,13 +63,18 @@ for (const shape of Object.values(SHAPES)) shape[0] = new Path2D(shape[0])
 let inks = {}, density = 1, metre = 8, size = 4 // of marks; all in pixels
 const ink = name => inks[name] ??= getComputedStyle(root).getPropertyValue("--" + name)
 function put(context, name, x, y, size, colour) {
-  const [outline, fill, edge, width] = SHAPES[name]
+  const [outline, fill, edge, width, halo] = SHAPES[name]
   context.save()
   context.translate(x, y)
   context.scale(size, size)
   Object.assign(context, { strokeStyle: ink(edge), lineWidth: width / size })
   context.fillStyle = colour || ink(fill)
   if (colour || fill) context.fill(outline)
+  if (halo) {
+    Object.assign(context, { strokeStyle: ink("floor"), lineWidth: halo / size })
+    context.stroke(outline)
+    Object.assign(context, { strokeStyle: ink(edge), lineWidth: width / size })
+  }
   context.stroke(outline)
   context.restore()
 }
@@ -117,8 +123,10 @@ function paint(run, floor, canvas, bodies, t) {
   }
   context.globalAlpha = 1
   for (const one of here.filter(one => one.toX >= 0)) {
+    const way = [one, { x: one.toX, y: one.toY }]
     context.setLineDash([4, 3])
-    line(context, [one, { x: one.toX, y: one.toY }], "ink", 0.9)
+    line(context, way, "floor", 2.4) // seen on walls, too
+    line(context, way, "ink", 0.9)
     context.setLineDash([])
     at("destination", one.toX, one.toY)
   }
