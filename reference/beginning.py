@@ -133,8 +133,8 @@ def _starting_places(building: Building, scenario: Scenario, rng: Rng) -> np.nda
     for (where, places), count in zip(free.items(), counts, strict=True):
         if count > len(places):
             raise InputError(
-                f"{count} people do not fit {where}; there is room for {len(places)}. "
-                "Ask for fewer: the scenario's `people`."
+                f"{count} people do not fit {where} of '{building.title}'; there is "
+                f"room for {len(places)}. Ask for fewer: the scenario's `people`."
             )
         chosen.append(rng.choice(places, count, replace=False))
     return np.concatenate(chosen)
