@@ -78,10 +78,15 @@ def test_every_match_is_a_box_with_its_mean_and_interval():
     """Robots go down, fires across; a single run has no interval."""
     for runs in (5, 1):
         found = cells(results(("none", "sweep"), ("random",), runs), paper_ruler())
-        axes = matrix(found).axes[0]
+        page = matrix(found)
+        axes = page.axes[0]
         written = [text.get_text() for text in axes.texts]
-        expected = ["\n".join(mean_and_interval(cell, "survival")) for cell in found]
-        assert written == expected
+        expected = [mean_and_interval(cell, "survival") for cell in found]
+        assert [text.split("\n") for text in written] == [
+            [mean, interval] if runs > 1 else [mean] for mean, interval in expected
+        ]
+        told = page.get_supxlabel()
+        assert ("intervals" in told, "one run" in told) == (runs > 1, runs == 1)
         assert [text.get_position()[1] for text in axes.texts] == [0, 1]
         assert [t.get_text() for t in axes.get_yticklabels()] == ["none", "sweep"]
         assert ("[" in written[0]) == (runs > 1)

@@ -28,6 +28,8 @@ NO_BASELINE = (
     "no E on a baseline of this building: name a scripted guide among --robots, such "
     "as escort, or take --baseline"
 )
+OVER_RUNS = "[95 % bootstrap intervals over runs]"
+ONE_RUN = "one run of each match; several have intervals: --episodes"
 
 
 @options.command(
@@ -137,7 +139,7 @@ class SummedUp:
             self.evaluation.about(),
             *self.report["notes"],
             results.table(self.cells, baseline=baseline.robots if baseline else None),
-            "[95 % bootstrap intervals over runs]",
+            OVER_RUNS if self.evaluation.episodes > 1 else ONE_RUN,
             f"score E: by the paper's ruler, on which 1 is the paper's baseline in the "
             f"paper's building: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}",
             baseline.about() if baseline else NO_BASELINE,

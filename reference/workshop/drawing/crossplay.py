@@ -44,7 +44,9 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
 
     caption: what means and intervals are over
     """
-    over = caption or "means over a match's runs, with 95 % bootstrap intervals"
+    many = any(cell.n > 1 for cell in cells)
+    usual = "means over a match's runs, with 95 % bootstrap intervals"
+    over = caption or (usual if many else "one run of each match")
     robots = players(cells, "robots")
     fires = players(cells, "fire")
     names = [fill(name, 22) for name in robots]
@@ -58,7 +60,7 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
         row = robots.index(cell.robots)
         column = fires.index(cell.fire)
         means[row, column] = cell.survival.mean
-        words = "\n".join(mean_and_interval(cell, "survival"))
+        words = "\n".join(filter(None, mean_and_interval(cell, "survival")))
         axes.text(column, row, words, ha="center", va="center", fontsize=9)
 
     image = axes.imshow(means, SURVIVAL_COLOURS, vmin=0, vmax=1, aspect="auto")
