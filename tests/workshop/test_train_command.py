@@ -170,10 +170,12 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
 
 
 @pytest.mark.paper("E3")
-def test_settings_say_of_a_network_to_begin_with_only_what_is_asked(once):
+def test_settings_say_of_a_network_to_begin_with_only_what_is_asked(once, capsys):
     """The preset takes its head and size."""
     begin = ("--out", "new", "--initialize-from", "learned")
     assert train(*begin, "--fire", "random") == 0
+    told = capsys.readouterr().err
+    assert "robots poca (set head, begun from a network), fire random" in told
     task = load_checkpoint("new").task
     assert task.settings.robots.head == task.initial["robots"].settings.head == "set"
     assert task.settings.fire.head == tiny().fire.head

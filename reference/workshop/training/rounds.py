@@ -331,7 +331,8 @@ class Training:
         names: dict[str, str] = {}
         for side in SIDES:
             settings = getattr(self.settings, side)
-            names[side] = f"{settings.trainer_type} ({settings.head} head)"
+            begun = ", begun from a network" if side in self.task.initial else ""
+            names[side] = f"{settings.trainer_type} ({settings.head} head{begun})"
         return names | {
             side: player_names(who) for side, who in self.task.fixed.items()
         }
