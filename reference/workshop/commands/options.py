@@ -61,12 +61,15 @@ def folder(name: str, note: str, **told: Any) -> Option:
     return option(name, note, type=Path, metavar="DIR", **told)
 
 
+LARGEST_SEED = 2**53  # the largest whole number that every reader of JSON keeps exact
+
+
 def number(name: str, least: int, note: str, most: int = 10**6, **told: Any) -> Option:
     """Declare an option that takes a whole number in these bounds."""
     return option(name, note, type=whole(least, most), metavar="N", **told)
 
 
-def whole(least: int, most: int = 10**6) -> Callable[[str], int]:
+def whole(least: int, most: int = LARGEST_SEED) -> Callable[[str], int]:
     """Make what reads a whole number in these bounds from a command line."""
 
     def read(text: str) -> int:
@@ -222,7 +225,6 @@ WORKERS_HELP = (
     "how many processes, which changes no result; 0: this one; default: all cores"
 )
 WORKERS = number("--workers", 0, WORKERS_HELP, most=1000, default=CORES)
-LARGEST_SEED = 2**53  # the largest whole number that every reader of JSON keeps exact
 
 
 def seed(default: str = "0") -> Option:

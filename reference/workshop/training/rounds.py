@@ -472,10 +472,9 @@ def _learner(task: Task, side: Side) -> Learner:
             name for name in NETWORK_ROWS if theirs[name] != getattr(settings, name)
         ]
         if others:
+            has = ", ".join(f"{name} {theirs[name]}" for name in others)
             raise SettingsError(
-                f"{side}: the network to begin with has "
-                f"{', '.join(f'{name} {theirs[name]}' for name in others)}. Ask for "
-                "nothing else."
+                f"{side}: the network to begin with has {has}. Ask for nothing else."
             )
         learner.actor.load_state_dict(dict(who.weights))
     return learner
