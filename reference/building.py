@@ -303,7 +303,7 @@ class Building:
     @property
     def graph(self) -> Graph:
         """The same graph without directions."""
-        return _undirected(self, paper.stairs_metres())
+        return self.ways.to_undirected()
 
 
 @lru_cache(maxsize=8)
@@ -340,11 +340,6 @@ def _ways_of(building: Building, stairs_metres: float) -> nx.MultiDiGraph:
                 length=stairs_metres,
             )
     return ways
-
-
-@lru_cache(maxsize=8)
-def _undirected(building: Building, stairs_metres: float) -> Graph:
-    return _ways_of(building, stairs_metres).to_undirected()
 
 
 def _can_walk(mark: Landmark, here: Area, ends: tuple[str, ...]) -> bool:

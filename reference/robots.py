@@ -5,14 +5,15 @@ p           place
 """
 
 from collections.abc import Sequence
-from math import sqrt
+from functools import partial
+from math import inf, sqrt
 from typing import Protocol
 
 import numpy as np
 from numpy.random import Generator as Rng
 
 from reference import paper
-from reference.building import Building, Kind, distance, lengths
+from reference.building import Building, distance, lengths
 from reference.navigation import Navigation, navigation_of
 from reference.world import NOWHERE, Robot, World
 
@@ -90,12 +91,16 @@ def followers_of(world: World, robot: Robot) -> np.ndarray:
 def actual_target(building: Building, floor: int, x: float, y: float) -> Destination:
     """(X_r', Y_r'): the middle of the nearest stairwell if it is near, else (X_r, Y_r).
 
-    [C6, Eq. 1], reconstructed; "near" is NEAR_STAIRWELL.
+    [C6, Eq. 1], reconstructed; "near" is NEAR_STAIRWELL, and a destination at an exit
+    that is nearer stays [chosen]: else no robot could lead to an exit beside stairs.
     """
-    wells = (well.centre for well in building.stairwells if floor in well.areas)
-    metres = {centre: distance((x, y), centre) for centre in wells}
-    near = [centre for centre in metres if metres[centre] <= paper.NEAR_STAIRWELL]
-    return min(near, key=metres.__getitem__, default=(x, y))
+    here = (x, y)
+    wells = [well.centre for well in building.stairwells if floor in well.areas]
+    middle = min(wells, key=partial(distance, here), default=here)
+    to_stairs = distance(here, middle)
+    to_exit, _ = nearest_exit(building, floor, here)
+    at_exit = to_exit <= paper.AT_EXIT_METRES and to_exit < to_stairs
+    return here if at_exit or to_stairs > paper.NEAR_STAIRWELL else middle
 
 
 def said_on_the_way(building: Building, floor: int, target: Destination) -> int:
@@ -104,16 +109,21 @@ def said_on_the_way(building: Building, floor: int, target: Destination) -> int:
     "This exit" near one, or "this stairwell" if its stairs go down; of several exits or
     entrances the nearest to the target. Else NOWHERE, "follow me" [C7, chosen].
     """
-    here = [mark for mark in building.landmarks if mark.floor == floor]
-    exits = [mark for mark in here if mark.kind is Kind.EXIT]
-    wells = [s for s in building.stairwells if s.leads_down(floor)]
+    wells = [well for well in building.stairwells if well.leads_down(floor)]
     if below := [well for well in wells if well.centre == target]:
-        marks = [mark for mark in here if mark.index in below[0].entrances[floor]]
-    elif any(distance(mark.position, target) <= paper.AT_EXIT_METRES for mark in exits):
-        marks = exits
-    else:
-        return NOWHERE
-    return min(marks, key=lambda mark: distance(mark.position, target)).index
+        entrances = [building.landmarks[k] for k in below[0].entrances[floor]]
+        return min(entrances, key=lambda mark: distance(mark.position, target)).index
+    metres, exit_ = nearest_exit(building, floor, target)
+    return exit_ if metres <= paper.AT_EXIT_METRES else NOWHERE
+
+
+def nearest_exit(
+    building: Building, floor: int, point: Destination
+) -> tuple[float, int]:
+    """Metres to a floor's nearest exit, and its index; (inf, NOWHERE) without any."""
+    exits = [building.landmarks[k] for k in building.exits]
+    metres = [(distance(e.position, point), e.index) for e in exits if e.floor == floor]
+    return min(metres, default=(inf, NOWHERE))
 
 
 def flame_cost(world: World, floor: int) -> np.ndarray | None:

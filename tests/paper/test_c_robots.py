@@ -213,6 +213,31 @@ def test_a_stairwell_attracts_on_its_own_floors_only():
     assert begun(board) == after
 
 
+@pytest.mark.paper("C6", "Eq. 1, chosen: at an exit that is nearer it stays")
+@pytest.mark.parametrize(
+    ("hall", "column", "floor", "way"),
+    [
+        ("#AA+.E", 5, 0, "exit"),
+        ("#AA+.E", 4, 0, "exit"),
+        ("#AA+.E", 3, 0, "stairs"),  # nearer to their middle
+        ("#AA+.E", 5, 1, "stairs"),  # an exit of another floor
+        ("#AA+.....E", 7, 0, "exit"),
+        ("#AA+.....E", 6, 0, "stairs"),  # nearer to the exit, but not at it
+    ],
+)
+def test_of_stairs_and_an_exit_nearby_the_nearer_is_meant(hall, column, floor, way):
+    """Also a little aside, where drawn actions are."""
+    building = built(f"{hall}\n\n{hall.replace('E', '#')}")
+    (exit_,) = building.exits
+    (well,) = building.stairwells
+    x, y = building.metres(1, column)
+    for point in [(x, y), (x, y + 0.2), (x + 0.2, y), (x, y - 0.2)]:
+        target = actual_target(building, floor, *point)
+        assert target == (point if way == "exit" else well.centre)
+        said = said_on_the_way(building, floor, target)
+        assert (said == exit_) == (way == "exit")
+
+
 @pytest.mark.paper("C6", "Eq. 1")
 @pytest.mark.paper(
     "C7", "Alg. 3:5, chosen: tell followers what goes with that destination"

@@ -203,8 +203,11 @@ C6 robots
   - goal = nav.nearest_free(robot.floor, *target)
   + goal = nav.nearest_free(robot.floor, *decision)
 C6 robots
-  - return min(near, key=metres.__getitem__, default=(x, y))
-  + return (x, y)
+  - return here if at_exit or to_stairs > paper.NEAR_STAIRWELL else middle
+  + return here
+C6 robots
+  - and to_exit < to_stairs
+  + and to_exit < 0
 C7 robots
   - waits = gap > paper.FOLLOWER_GAP
   + waits = gap > 9 + paper.FOLLOWER_GAP

@@ -98,39 +98,6 @@ def test_check_notes_rooms_that_touch_at_a_corner(tmp_path, capsys):
     assert notes[1].startswith("note: 1/room-2 and 1/two touch at a corner")
 
 
-BESIDE_STAIRS = """building: Beside stairs
-size: 24 x 8
-floor 1: ground
-   ##################
-####.......#........####
-#AA+.hall..+..post..+BB#
-####.......#........####
-   ####+#######+#####
-   #.......lobby....{}
-   #................#
-   #######{}##########
-floor 2: upstairs
-   ##################
-####................####
-#AA+......open......+BB#
-####................####
-   #................#
-   #................#
-   #................#
-   ##################
-"""
-
-
-@pytest.mark.parametrize("beside", [True, False])
-def test_check_notes_an_exit_that_robots_cannot_mean(beside, tmp_path, capsys):
-    """[C6] Near it Eq. 1 leads into a stairwell, from wherever a robot is sent."""
-    signs = ("E", "#") if beside else ("#", "E")
-    (tmp_path / "map.txt").write_text(BESIDE_STAIRS.format(*signs))
-    assert main(["check", str(tmp_path / "map.txt")]) == 0
-    notes = capsys.readouterr().err
-    assert ("note: 1/exit-1: no robot can send people" in notes) == beside
-
-
 # -- floors -------------------------------------------------------------------------
 
 

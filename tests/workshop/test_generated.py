@@ -13,9 +13,11 @@ from scipy import ndimage
 from reference import Scenario, Simulation
 from reference.building import OUTSIDE, Kind, build
 from reference.paper import InputError
+from reference.robots import actual_target, said_on_the_way
 from reference.workshop.maps import parse_map
 from reference.workshop.maps.generated import generated, generated_text
 from reference.workshop.maps.semantics import touching
+from reference.workshop.strategies.observed import at_way_out
 
 SIZES = [(15, 10), (24, 16), (40, 40), (60, 40)]
 
@@ -47,6 +49,14 @@ def assert_is_sound(seed, width, height, floors):
     for floor in range(floors):
         assert building.ways_out(floor)
         assert ndimage.label(building.walkable[floor])[1] == 1
+
+    # robots can mean every way out [C6]
+    for mark in building.landmarks:
+        if mark.leads_out:
+            target = actual_target(building, mark.floor, *at_way_out(building, mark))
+            said = said_on_the_way(building, mark.floor, target)
+            assert building.landmarks[said].stairwell == mark.stairwell
+            assert mark.stairwell >= 0 or said == mark.index
 
     # rooms have names, and there are fewer above [A2]
     rooms = [building.rooms(floor) for floor in range(floors)]

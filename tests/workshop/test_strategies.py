@@ -10,7 +10,9 @@ from movies import body, mark, play, shipped, stage, wait
 from reference import paper
 from reference.building import Kind, building_of
 from reference.fire import NoFire, RandomFire, burnable, cells_around_clearance
+from reference.navigation import navigation_of
 from reference.paper import Scenario
+from reference.robots import actual_target
 from reference.simulation import Simulation
 from reference.walking import enter_stairs
 from reference.workshop.comparing.named import (
@@ -204,14 +206,30 @@ def test_idle_robots_wait_before_stairs_that_end_on_their_floor(robots):
 
 
 @pytest.mark.paper("C6", "Eq. 1")
+@pytest.mark.parametrize("name", ["paper", "tiny", "school"])
+def test_where_a_destination_is_kept_is_known_of_all_places_at_once(name):
+    """Of a stairwell's middle, which Eq. 1 leaves alone as well, it is not told."""
+    building = shipped(name)
+    nav = navigation_of(building)
+    kept = keeps_destination(building)
+    middles = [well.centre for well in building.stairwells]
+    for place, (x, y) in enumerate(nav.centres.tolist()):
+        floor = place // nav.floor_size
+        same = actual_target(building, floor, x, y) == (x, y)
+        assert kept[place] == same or (x, y) in middles
+    assert 0.1 < kept.mean() < 0.99
+
+
+@pytest.mark.paper("C6", "Eq. 1")
 def test_before_a_stairwell_is_the_nearest_cell_that_eq_1_leaves_alone():
-    """Where the room is too small for one, it is the cell beside the entrance."""
-    for room, column in (("...........", 8), ("...", 4)):
+    """At an exit is one; where there is none, it is the cell beside the entrance."""
+    for room, columns in (("...........", [8, 8]), ("...", [5, 4])):
         wall = "#" * len(room)
         plan = f"   #{wall}#\n####{wall}##\n#AA+{room}*\n####{wall}##\n   #{wall}#"
         sim = stage(f"{plan}\n\n{plan}".replace("*", "E", 1).replace("*", "#"))
-        x, y = before_stairwell(sim.building, 0, 0)
-        assert sim.building.cell(x, y) == (2, column)
+        for floor, column in enumerate(columns):
+            x, y = before_stairwell(sim.building, floor, 0)
+            assert sim.building.cell(x, y) == (2, column)
 
 
 TWO_STAIRS = """

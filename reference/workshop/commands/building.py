@@ -11,7 +11,6 @@ from pathlib import Path
 from time import sleep, strftime
 from typing import Any
 
-from reference import paper
 from reference.building import Building, Kind
 from reference.paper import InputError
 from reference.workshop.commands import options
@@ -24,7 +23,6 @@ from reference.workshop.maps.repairs import Repair, repair_file, write_new
 from reference.workshop.maps.semantics import touching
 from reference.workshop.storage.files import message_of, read_text, refuse_no_file
 from reference.workshop.storage.runs import ContradictionError
-from reference.workshop.strategies.observed import exits_without_a_word
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph", "anchors")
 VIEW_HELP = (
@@ -146,12 +144,6 @@ def _counted(building: Building) -> tuple[str, dict[str, Any]]:
         print_note(
             f"note: {one.id} and {other.id} touch at a corner; nobody passes there. "
             "Draw a wall, or a door."
-        )
-    for mark in exits_without_a_word(building):
-        print_note(
-            f"note: {mark.id}: no robot can send people to this exit; so near stairs "
-            "it goes into the stairwell [C6]. Draw the exit "
-            f"{paper.NEAR_STAIRWELL:g} m from the stairwell's middle, or farther."
         )
 
     kinds = [landmark.kind for landmark in building.landmarks]

@@ -19,7 +19,7 @@ from reference import paper
 from reference.building import Building, Kind, Landmark, lengths
 from reference.fire import burnable
 from reference.navigation import Navigation, navigation_of
-from reference.robots import Destination, actual_target, said_on_the_way
+from reference.robots import Destination
 from reference.workshop.storage.numbers import paper_numbers
 from reference.world import NOBODY
 
@@ -245,13 +245,25 @@ def guarded_ways(building: Building, floor: int) -> list[tuple[int, int]]:
 
 @kept_under_numbers(8)
 def keeps_destination(building: Building) -> np.ndarray:
-    """(places,) bool: far from stairwells; there Eq. 1 keeps a destination [C6]."""
+    """(places,) bool: where Eq. 1 keeps a destination, far from stairs mostly [C6]."""
     nav = navigation_of(building)
-    far = np.ones((building.floors, nav.floor_size), dtype=bool)
-    for well in building.stairwells:
-        off = nav.centres[: nav.floor_size] - well.centre
-        far[list(well.areas)] &= lengths(off) > paper.NEAR_STAIRWELL
-    return far.ravel()
+    points = nav.centres[: nav.floor_size]
+    keeps = np.ones((building.floors, nav.floor_size), dtype=bool)
+    for floor in range(building.floors):
+        wells = [well.centre for well in building.stairwells if floor in well.areas]
+        marks = [mark for mark in building.landmarks if mark.floor == floor]
+        exits = [mark.position for mark in marks if mark.kind is Kind.EXIT]
+        to_stairs = _metres_to_nearest(points, wells)
+        to_exit = _metres_to_nearest(points, exits)
+        keeps[floor] = to_stairs > paper.NEAR_STAIRWELL
+        keeps[floor] |= (to_exit <= paper.AT_EXIT_METRES) & (to_exit < to_stairs)
+    return keeps.ravel()
+
+
+def _metres_to_nearest(points: np.ndarray, spots: Sequence[Destination]) -> np.ndarray:
+    """(points,) metres from points (points, 2) to the nearest of spots; inf if none."""
+    off = points[:, None] - np.reshape(spots, (-1, 2))
+    return lengths(off).min(axis=1, initial=np.inf)
 
 
 def lightable(building: Building) -> np.ndarray:
@@ -287,44 +299,10 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     return x, y
 
 
-@kept_under_numbers(64)
 def at_way_out(building: Building, way: Landmark) -> Destination:
-    """Find a point that means this way out and no other beside it [C6] [C7].
-
-    The stairwell's middle, or the exit itself, unless Eq. 1 leads away from there. If
-    it does from everywhere near the exit, the nearest place on foot that Eq. 1 keeps.
-    """
-    if way.stairwell >= 0:
-        return building.stairwells[way.stairwell].centre
-    point = _means(building, way)
-    if point:
-        return point
-    floor = np.zeros(navigation_of(building).places, dtype=bool)
-    floor.reshape(building.floors, -1)[way.floor] = True
-    found = nearest_places(building, [way.index], floor & keeps_destination(building))
-    if not found:
-        return way.position
-    x, y = navigation_of(building).centres[found[0]].tolist()
-    return x, y
-
-
-def _means(building: Building, way: Landmark) -> Destination | None:
-    """Find a point near an exit at which robots say "this exit", the exit first."""
-    points = navigation_of(building).centres[: building.kind[0].size]
-    off = lengths(points - way.position)
-    nearest_first = np.argsort(off, kind="stable")
-    near = points[nearest_first[off[nearest_first] <= paper.AT_EXIT_METRES]]
-    for point in [way.position, *map(tuple, near.tolist())]:
-        target = actual_target(building, way.floor, *point)
-        if said_on_the_way(building, way.floor, target) == way.index:
-            return point
-    return None
-
-
-def exits_without_a_word(building: Building) -> list[Landmark]:
-    """List exits that robots cannot mean: beside them Eq. 1 leads to stairs [C6]."""
-    exits = [mark for mark in building.landmarks if mark.kind is Kind.EXIT]
-    return [mark for mark in exits if _means(building, mark) is None]
+    """Find a point that means this way out: an exit, or the stairwell's middle [C6]."""
+    wells = building.stairwells
+    return wells[way.stairwell].centre if way.stairwell >= 0 else way.position
 
 
 def decisions_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
