@@ -50,9 +50,9 @@ def drawn(view, name):
     return getattr(drawing, view)(shipped(name))
 
 
-def evacuation(limit=6.0, building=TINY):
+def evacuation(limit=6.0, building=TINY, **rule):
     """Some seconds, in which everything happens that can be drawn."""
-    rule = Scenario(people=8, robots_per_floor=1, time_limit=limit)
+    rule = Scenario(people=8, robots_per_floor=1, time_limit=limit, **rule)
     return Simulation(building, rule, Sweep(), RandomFire(), seed=1)
 
 
@@ -453,6 +453,19 @@ def test_a_gif_has_a_frame_for_every_instant_and_ends_with_the_page(
     floors = slice(0, len(page) - 300)  # the curve knows the past
     off = np.abs(page - shown[-1])[floors].max(axis=2)
     assert (off < 24).mean() > 0.995
+
+
+@pytest.mark.parametrize("ticks", [10, 4])  # a frame of 0.6 s and of 0.64 s
+def test_a_gif_takes_a_sixth_of_the_time_whatever_the_tick(ticks, tmp_path):
+    """Also where a frame is no whole hundredth of a second, nothing gets lost."""
+    run = evacuation(frames_per_tick=ticks)
+    drawing.animate([run], tmp_path / "film.gif")
+    with Image.open(tmp_path / "film.gif") as shown:
+        seconds = [f.info["duration"] / 1000 for f in ImageSequence.Iterator(shown)]
+    pace = web_film.seconds_per_frame(run) / 6
+    assert sum(seconds[:-1]) == pytest.approx(pace * (len(seconds) - 1), abs=0.006)
+    assert seconds[-1] == pytest.approx(3, abs=0.01)
+    assert max(seconds[:-1]) - min(seconds[:-1]) < 0.011
 
 
 def test_two_evacuations_are_shown_side_by_side_until_both_are_over(tmp_path):

@@ -158,14 +158,20 @@ def _gif(path: Path, frames: Iterable[Frame]) -> None:
 
 
 def _in_few_colours(frames: Iterable[Frame]) -> Iterator[Image.Image]:
-    """Reduce frames to 8-bit images of one palette, without CLEAR_COLOUR."""
+    """Reduce frames to 8-bit images of one palette, without CLEAR_COLOUR.
+
+    A GIF counts whole hundredths of a second: a frame ends with the nearest one.
+    """
     palette = None
+    end = 0.0
     for pixels, seconds in frames:
+        begin = round(100 * end)
+        end += seconds
         page = Image.fromarray(pixels).convert("RGB")
         if palette is None:  # the legend shows the colours of later frames, too
             palette = page.quantize(CLEAR_COLOUR, Image.Quantize.MAXCOVERAGE)
         image = page.quantize(palette=palette, dither=Image.Dither.NONE)
-        image.info["duration"] = 1000 * seconds
+        image.info["duration"] = 10 * (round(100 * end) - begin)
         yield image
 
 
