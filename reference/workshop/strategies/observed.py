@@ -201,18 +201,13 @@ def ways_out_of(building: Building, floor: int) -> list[WayOut]:
 def way_marks(building: Building, floor: int) -> tuple[list[Any], list[Any]]:
     """Find a floor's ways out and the feet of its stairs, points in metres [C6].
 
-    Ways out come as `ways_out_of` lists them. Where stairs lead down, the nearest point
-    of the main body: Eq. 1 leads inside; where they end, before them, where people come
-    out.
+    Ways out come as `ways_out_of` lists them: exits, and where stairs lead down the
+    nearest point of the main body, from which Eq. 1 leads inside. Feet of stairs are
+    points before them, where people come out.
     """
     low, high = np.reshape(building.body, (2, 2))
-    outs = []
-    for way in ways_out_of(building, floor):
-        if way.stairwell >= 0:
-            outs.append(np.clip(way.middle, low, high))
-        else:
-            exit_ = building.landmarks[way.landmarks[0]]
-            outs.append(np.array(at_way_out(building, exit_)))
+    ways = ways_out_of(building, floor)
+    outs = [np.clip(way.middle, low, high) for way in ways]
     ends = stairs_that_end(building, floor)
     return outs, [before_stairwell(building, floor, k) for k in ends]
 
