@@ -90,7 +90,7 @@ ROBOTS_PER_FLOOR = 2  # [C2, chosen] one for each stairwell: 6 robots in all
 ROBOT_SPEED = 1.5  # [C5, chosen] metres per second: a little faster than people
 NEAR_STAIRWELL = 6.0  # [C6, chosen] metres from its centre: "near" in Eq. 1
 DECISION_SECONDS = 5.0  # [C5, chosen] between two decisions of a robot
-AT_EXIT_METRES = 2.5  # [C7, chosen] a destination this near an exit means "this exit"
+AT_EXIT_METRES = 2.5  # [C6, C7, chosen] metres: a destination so near is at an exit
 DOORWAY_METRES = 2.0
 """[C7, chosen] on foot: a robot this near a door, entrance or exit does not wait, since
 its followers would stand in the doorway and on both sides."""

@@ -55,6 +55,7 @@ def assert_is_sound(seed, width, height, floors):
         if mark.leads_out:
             target = actual_target(building, mark.floor, *at_way_out(building, mark))
             said = said_on_the_way(building, mark.floor, target)
+            assert said in building.ways_out(mark.floor)
             assert building.landmarks[said].stairwell == mark.stairwell
             assert mark.stairwell >= 0 or said == mark.index
 

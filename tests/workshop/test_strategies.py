@@ -10,9 +10,7 @@ from movies import body, mark, play, shipped, stage, wait
 from reference import paper
 from reference.building import Kind, building_of
 from reference.fire import NoFire, RandomFire, burnable, cells_around_clearance
-from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.robots import actual_target
 from reference.simulation import Simulation
 from reference.walking import enter_stairs
 from reference.workshop.comparing.named import (
@@ -203,21 +201,6 @@ def test_idle_robots_wait_before_stairs_that_end_on_their_floor(robots):
     here = [robot for robot in sim.world.robots if robot.floor == 1]
     there = robots.decide(sim.world, here, sim.rng["robots"])
     assert there == [before_stairwell(sim.building, 1, 1)]
-
-
-@pytest.mark.paper("C6", "Eq. 1")
-@pytest.mark.parametrize("name", ["paper", "tiny", "school"])
-def test_where_a_destination_is_kept_is_known_of_all_places_at_once(name):
-    """Of a stairwell's middle, which Eq. 1 leaves alone as well, it is not told."""
-    building = shipped(name)
-    nav = navigation_of(building)
-    kept = keeps_destination(building)
-    middles = [well.centre for well in building.stairwells]
-    for place, (x, y) in enumerate(nav.centres.tolist()):
-        floor = place // nav.floor_size
-        same = actual_target(building, floor, x, y) == (x, y)
-        assert kept[place] == same or (x, y) in middles
-    assert 0.1 < kept.mean() < 0.99
 
 
 @pytest.mark.paper("C6", "Eq. 1")

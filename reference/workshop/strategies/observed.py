@@ -16,10 +16,10 @@ from scipy import ndimage
 from scipy.sparse.csgraph import dijkstra
 
 from reference import paper
-from reference.building import Building, Kind, Landmark, lengths
+from reference.building import Building, Kind, Landmark
 from reference.fire import burnable
 from reference.navigation import Navigation, navigation_of
-from reference.robots import Destination
+from reference.robots import Destination, actual_target
 from reference.workshop.storage.numbers import paper_numbers
 from reference.world import NOBODY
 
@@ -240,25 +240,13 @@ def guarded_ways(building: Building, floor: int) -> list[tuple[int, int]]:
 
 @kept_under_numbers(8)
 def keeps_destination(building: Building) -> np.ndarray:
-    """(places,) bool: where Eq. 1 keeps a destination, far from stairs mostly [C6]."""
+    """(places,) bool: where Eq. 1 keeps a destination [C6]."""
     nav = navigation_of(building)
-    points = nav.centres[: nav.floor_size]
-    keeps = np.ones((building.floors, nav.floor_size), dtype=bool)
-    for floor in range(building.floors):
-        wells = [well.centre for well in building.stairwells if floor in well.areas]
-        marks = [mark for mark in building.landmarks if mark.floor == floor]
-        exits = [mark.position for mark in marks if mark.kind is Kind.EXIT]
-        to_stairs = _metres_to_nearest(points, wells)
-        to_exit = _metres_to_nearest(points, exits)
-        keeps[floor] = to_stairs > paper.NEAR_STAIRWELL
-        keeps[floor] |= (to_exit <= paper.AT_EXIT_METRES) & (to_exit < to_stairs)
-    return keeps.ravel()
-
-
-def _metres_to_nearest(points: np.ndarray, spots: Sequence[Destination]) -> np.ndarray:
-    """(points,) metres from points (points, 2) to the nearest of spots; inf if none."""
-    off = points[:, None] - np.reshape(spots, (-1, 2))
-    return lengths(off).min(axis=1, initial=np.inf)
+    keeps = np.empty(nav.places, dtype=bool)
+    for place, point in enumerate(nav.centres.tolist()):
+        floor = place // nav.floor_size
+        keeps[place] = actual_target(building, floor, *point) == tuple(point)
+    return keeps
 
 
 def lightable(building: Building) -> np.ndarray:
