@@ -247,16 +247,21 @@ def limits() -> dict[str, Limits]:
     }
 
 
-def refuse_words(building: Any, robots: Any, fire: Any) -> None:
-    """Raise InputError for a name or a class where an object is needed."""
-    made_by = {"building": "load({})", "robots": "Sweep()", "fire": "RandomFire()"}
-    for name, value in zip(made_by, (building, robots, fire), strict=True):
+def refuse_words(building: Any, scenario: Any, robots: Any, fire: Any) -> None:
+    """Raise InputError for a name, a class or a dict where an object is needed."""
+    given = {"building": building, "scenario": scenario, "robots": robots, "fire": fire}
+    examples = {"building": "load({})", "robots": "Sweep()", "fire": "RandomFire()"}
+    for name, value in given.items():
         if isinstance(value, type):
             how = f"{value.__name__}()"
             raise InputError(f"{name} is the class: give an object, {how}")
-        if isinstance(value, str):
-            how = made_by[name].format(repr(value)[:60])
+        if isinstance(value, str) and name in examples:
+            how = examples[name].format(repr(value)[:60])
             raise InputError(f"{name} is {value!r:.60}: give an object, such as {how}")
+    if scenario is not None and not isinstance(scenario, Scenario):
+        raise InputError(
+            f"scenario is {scenario!r:.60}: give an object, such as Scenario(people=12)"
+        )
 
 
 def refuse_beyond(name: str, value: Any, limit: Limits, whole: bool) -> None:

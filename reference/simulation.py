@@ -82,9 +82,10 @@ class Simulation:
 
         robots, fire: copied together, so that what they remember is this run's alone
         world: what exists now; else drawn as the scenario says.
-        Raises InputError for names in place of objects, and for more people than fit.
+        Raises InputError for names in place of objects, for a seed that is no whole
+        number of 0 or more, and for more people than fit.
         """
-        refuse_words(building, robots, fire)
+        refuse_words(building, scenario, robots, fire)
         self.building = building
         self.scenario = Scenario() if scenario is None else scenario
         self.navigation = navigation_of(building)

@@ -54,10 +54,16 @@ def bodies(sim):
         ({"robots": ROBOTS["sweep"]}, r"robots is the class: .* Sweep\(\)"),
         ({"fire": "random"}, r"fire is 'random': .* such as RandomFire\(\)"),
         ({"fire": RandomFire}, r"fire is the class: .* RandomFire\(\)"),
+        ({"scenario": {"people": 3}}, r"scenario is {'people': 3}: .* Scenario\("),
+        ({"scenario": Scenario}, r"scenario is the class: .* Scenario\(\)"),
+        ({"scenario": ROBOTS["sweep"]()}, r"scenario is .*Sweep.*: give an object"),
+        ({"seed": -1}, r"seed is -1: it must be a whole number, 0 or more"),
+        ({"seed": 0.5}, r"seed is 0.5: it must be a whole number"),
+        ({"seed": "1"}, r"seed is '1': it must be a whole number"),
     ],
 )
 def test_refuses_names_and_classes_where_objects_are_needed(given, told):
-    """In one line, which says what to give."""
+    """In one line, which says what to give; and seeds that are no such numbers."""
     with pytest.raises(InputError, match=told):
         Simulation(**{"building": shipped("tiny")} | given)
 
