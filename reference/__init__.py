@@ -91,7 +91,7 @@ WORKSHOP = (
     "workshop.strategies",  # hand-written robots and fires by name, the worst fire
     "workshop.anchors",  # the robots' frame, anchors to choose among, heads
     "workshop.training",  # trainings, kept in files:
-    "workshop.training.presets",  # whole settings: tiny, laptop, paper
+    "workshop.training.presets",  # whole settings: tiny, laptop, any, paper
     "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.batches",  # of buildings that differ
     "workshop.training.imitation",  # an option: copy a strategy first

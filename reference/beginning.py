@@ -4,7 +4,6 @@ n   people;  p  place
 """
 
 from math import inf
-from numbers import Integral
 
 import numpy as np
 from numpy.random import Generator as Rng
@@ -35,9 +34,7 @@ those held up.
 
 
 def generators(seed: int) -> dict[str, np.random.Generator]:
-    """One random generator for each of PURPOSES; InputError for no such seed."""
-    if not isinstance(seed, Integral) or seed < 0:
-        raise InputError(f"seed is {seed!r:.60}: it must be a whole number, 0 or more")
+    """One random generator for each of PURPOSES."""
     seeds = np.random.SeedSequence(seed).spawn(len(PURPOSES))
     return dict(zip(PURPOSES, map(np.random.default_rng, seeds), strict=True))
 

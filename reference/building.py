@@ -113,7 +113,7 @@ class Building:
     stairwells  shafts in the order of their letters
     exits       indices of the exits among the landmarks
     body        of the main body: left, bottom, right, top in metres [A1]
-    origin      (row, col) of the main body's middle, where metres begin [A8]
+    origin      (row, col) of the main body's middle, where metres begin
     """
 
     def __init__(self, drawing: Drawing):

@@ -64,11 +64,15 @@ class SourceGenerator:
         return FireLit(world.time, *decision_at(world, self.order[others.argmax()]))
 
 
+def lightable(building: Building) -> np.ndarray:
+    """(floors, rows, cols) bool: room cells that flames may enter [D6]."""
+    return burnable(building) & (building.kind == Kind.FLOOR)
+
+
 def free_places(world: World) -> np.ndarray:
     """(places,) bool: unburnt, unprotected room cells without human or robot [D6]."""
-    room = world.building.kind == Kind.FLOOR
     flames = world.flames
-    free = (room & burnable(world.building) & ~flames.burning & ~flames.ash).ravel()
+    free = (lightable(world.building) & ~flames.burning & ~flames.ash).ravel()
     free[world.bodies.place[world.bodies.walking]] = False
     free[[robot.place for robot in world.robots]] = False
     return free
@@ -104,11 +108,9 @@ class Spread:
         delay = rng.exponential(1 / scenario.spread_rate, len(one))
 
         passes = delay < self.burn_seconds
-        one = one[passes]
-        other = other[passes]
-        delays = np.tile(delay[passes], 2)
-        ends = (np.concatenate([one, other]), np.concatenate([other, one]))
-        self.delays = csr_matrix((delays, ends), shape=(burns.size, burns.size))
+        shape = (burns.size, burns.size)
+        one_way = csr_matrix((delay[passes], (one[passes], other[passes])), shape)
+        self.delays = one_way + one_way.T  # flames pass a border both ways
 
     def ignite(self, flames: Flames, source: FireLit) -> None:
         """Add a source; each cell's arrival is the earliest over all sources."""
@@ -212,7 +214,7 @@ class RandomFire:
     def decide(self, world: World, rng: Rng) -> Decision | None:
         """Draw the floor first, then one of its cells; None where nothing can burn."""
         building = world.building
-        cells = burnable(building) & (building.kind == Kind.FLOOR)
+        cells = lightable(building)
         floors = np.flatnonzero(cells.any(axis=(1, 2)))
         if not len(floors):
             return None

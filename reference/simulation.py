@@ -85,7 +85,7 @@ class Simulation:
         Raises InputError for names in place of objects, for a seed that is no whole
         number of 0 or more, and for more people than fit.
         """
-        refuse_words(building, scenario, robots, fire)
+        refuse_words(building, scenario, robots, fire, seed)
         self.building = building
         self.scenario = Scenario() if scenario is None else scenario
         self.navigation = navigation_of(building)
@@ -96,7 +96,10 @@ class Simulation:
         # who takes part
         self.rng = generators(seed)
         self.robot_strategy, self.fire_strategy = deepcopy(
-            (robots or NoRobots(), fire or NoFire())
+            (
+                NoRobots() if robots is None else robots,
+                NoFire() if fire is None else fire,
+            )
         )
         self.algorithm = RobotAlgorithm()
         self.generator = SourceGenerator(building, self.scenario, self.rng["elsewhere"])

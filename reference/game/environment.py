@@ -18,7 +18,7 @@ import numpy as np
 from reference.building import Building
 from reference.fire import Decision, FireStrategy
 from reference.game import observations
-from reference.paper import InputError, Scenario
+from reference.paper import InputError, Scenario, refuse_words
 from reference.rewards import fire_reward, group_reward
 from reference.robots import Destination, Destinations, RobotStrategy
 from reference.simulation import Simulation
@@ -123,10 +123,11 @@ class Environment:
     ):
         """robots, fire: None for agents, or the strategy that plays this side.
 
-        Raises InputError for more people than fit, and if there is nobody to act.
+        Raises InputError as `Simulation` does, and if there is nobody to act.
         """
+        refuse_words(building, scenario, robots, fire)
         self.building = building
-        self.scenario = scenario or Scenario()
+        self.scenario = Scenario() if scenario is None else scenario
         self.layout = observations.vector_layout(building, self.scenario)
         self._robots = robots
         self._fire = fire
@@ -149,8 +150,8 @@ class Environment:
         self.simulation = Simulation(
             self.building,
             self.scenario,
-            self._robots or AgentRobots(),
-            self._fire or AgentFire(),
+            AgentRobots() if self._robots is None else self._robots,
+            AgentFire() if self._fire is None else self._fire,
             seed,
         )
 

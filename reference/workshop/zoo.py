@@ -113,7 +113,7 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         if render_mode not in (None, *modes):
             raise ValueError(f"render_mode={render_mode!r}: there is None, {modes}")
         here = load(building) if isinstance(building, str) else building
-        self.scenario = scenario or Scenario()
+        self.scenario = Scenario() if scenario is None else scenario
         self.render_mode = render_mode
         self.environment = Environment(
             here,

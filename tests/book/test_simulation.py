@@ -68,6 +68,20 @@ def test_refuses_names_and_classes_where_objects_are_needed(given, told):
         Simulation(**{"building": shipped("tiny")} | given)
 
 
+class EmptyGuide(dict):
+    """A strategy that remembers nothing yet: as an object it counts as false."""
+
+    def decide(self, world, robots, rng):
+        return [(0.0, 0.0) for _ in robots]
+
+
+def test_a_strategy_that_is_empty_is_no_absent_one():
+    """What it remembers may have a length."""
+    sim = Simulation(shipped("tiny"), Scenario(people=3), EmptyGuide())
+    assert type(sim.robot_strategy) is EmptyGuide
+    assert sim.world.robots
+
+
 class Saying:
     """Robots, or a fire, that always decide the same."""
 

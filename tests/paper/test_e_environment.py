@@ -84,6 +84,13 @@ def test_a_side_that_a_strategy_plays_is_not_among_the_agents():
     assert game(robots_per_floor=0).possible_agents == ["fire_0"]
 
 
+@pytest.mark.parametrize("given", [{"people": 3}, {}, Scenario])
+def test_refuses_what_is_no_scenario(given):
+    """In words, as a simulation does; an empty dict is not the default scenario."""
+    with pytest.raises(InputError, match="scenario is "):
+        Environment(shipped("tiny"), given)
+
+
 def test_refuses_a_game_without_agents():
     """Both sides scripted: that is a simulation; nor, at once, what that refuses."""
     with pytest.raises(InputError, match="nobody acts"):

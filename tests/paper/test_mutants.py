@@ -233,8 +233,8 @@ D2 simulation
   - since % paper.FIRE_EVERY_DECISIONS == 0
   + since % 4 == 0
 D2 fire
-  - cells = burnable(building) & (building.kind == Kind.FLOOR)
-  + cells = building.kind == Kind.FLOOR
+  - return burnable(building) & (building.kind == Kind.FLOOR)
+  + return building.kind == Kind.FLOOR
 D2 building
   - rng.choice(np.argwhere(cells))
   + np.argwhere(cells)[0]

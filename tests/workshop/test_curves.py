@@ -14,6 +14,7 @@ from reference.__main__ import main
 from reference.fire import RandomFire
 from reference.learning.players import LearnedNetwork
 from reference.simulation import Simulation
+from reference.workshop.commands.training import _differences
 from reference.workshop.drawing import curves
 from reference.workshop.drawing.colours import colour_of
 from reference.workshop.drawing.evacuation import EMBER
@@ -356,6 +357,18 @@ def test_there_are_no_levels_without_the_engine(monkeypatch):
     assert "engine" in levels.why_no_levels([task_with()])
 
 
+@pytest.mark.parametrize("number", [0, 7])
+def test_other_families_are_other_buildings(number, capsys):
+    """Neither of them has a single map that could be compared."""
+    tasks = {
+        name: replace(task_with(plan=""), family=Family(number=count))
+        for name, count in {"a": 0, "b": number}.items()
+    }
+    _differences(tasks)
+    said = "Their buildings differ" in capsys.readouterr().err
+    assert said == bool(number)
+
+
 def test_the_command_draws_levels_or_says_why_not(tmp_path, monkeypatch, capsys):
     """From the checkpoints beside the tables, of one training or of two."""
     monkeypatch.chdir(tmp_path)
@@ -378,6 +391,7 @@ def test_the_command_draws_levels_or_says_why_not(tmp_path, monkeypatch, capsys)
     assert [*drawn[0].means] == ["none", "escort"] and drawn[1] is None
     assert drawn.pop() == drawn[0]
     assert "No lines of none and escort to compare with: they differ in" in said
+    assert "Their buildings differ" not in said
     (damaged,) = (tmp_path / "a").glob("checkpoint-*")
     damaged.write_bytes(b"no checkpoint")
     assert main(["curves", "a"]) == 0

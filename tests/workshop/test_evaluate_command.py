@@ -44,6 +44,18 @@ def test_everybody_meets_everybody_and_every_figure_has_an_interval(capsys):
     assert facts["cells"][0]["difficulty"]["mean"] == 0
 
 
+def test_a_crowd_that_is_off_the_papers_ruler_has_all_other_pictures(tmp_path, capsys):
+    """Its reward may be higher than that ruler reads; without a guide there is none."""
+    crowd = "evaluate --robots none --fire none --episodes 1 --people 300 --out eval"
+    assert main([*crowd.split(), "--scenario", "time_limit=3"]) == 0
+    names = {path.name for path in (tmp_path / "eval").iterdir()}
+    assert names == {
+        "evaluation.json", "runs.csv", "cells.json",
+        "scores.png", "matrix.png", "evacuations.png",
+    }  # fmt: skip
+    assert "no ruler.png: reward " in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
     """On its ruler the baseline scores 1 over the fires; the paper's ruler stays."""

@@ -263,6 +263,18 @@ def test_a_resumed_training_equals_an_uninterrupted_one(family, tmp_path):
     assert tables[0] == tables[1]
 
 
+@pytest.mark.paper("E6")
+@pytest.mark.parametrize("family", [MAPS, SMALL], ids=["maps", "random"])
+def test_a_training_against_a_fire_that_learned_is_resumed(family, tmp_path):
+    """That network knows no building, and plays in all."""
+    trained(begun(family, fixed={"robots": ("sweep",)}, fire={"head": "set"}), tmp_path)
+    foe = load_checkpoint(tmp_path).player("fire")
+    fixed = {"fire": (foe,)}
+    path = trained(begun(family, fixed=fixed), tmp_path / "next", rounds=1)
+    resumed = Training.resumed(load_checkpoint(path))
+    assert resumed.round == 1 and resumed.learners.keys() == {"robots"}
+
+
 @pytest.mark.slow
 @pytest.mark.paper("E6")
 def test_workers_change_nothing_in_a_family(tmp_path):

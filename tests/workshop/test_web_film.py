@@ -4,7 +4,7 @@ import json
 import re
 import subprocess
 from base64 import b64decode
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from shutil import which
 from types import SimpleNamespace
 from zlib import decompress
@@ -14,7 +14,7 @@ import pytest
 from conftest import ROOT
 
 from reference.building import Building, Kind
-from reference.fire import RandomFire
+from reference.fire import NoFire, RandomFire
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import drawing
@@ -32,6 +32,7 @@ from reference.workshop.drawing.web_film import (
 from reference.workshop.maps import load
 from reference.workshop.measuring.recording import ticks
 from reference.workshop.strategies.guides import Escort
+from reference.workshop.strategies.own import CheckedStrategy
 from reference.world import Fate
 
 SCRIPT = ROOT / "reference" / "workshop" / "drawing" / "web_film.js"
@@ -284,7 +285,7 @@ class Ended:
     evacuated: int
     inside: int = 0
     robots: bool = False
-    fire_strategy: object = None
+    fire_strategy: object = field(default_factory=NoFire)
 
     @property
     def world(self):
@@ -317,6 +318,11 @@ class Ended:
             Ended(20, robots=True, fire_strategy=RandomFire()),
             Ended(30),
             "20 of 40 got out, 10 fewer than with “nobody guides, no fire”",
+        ),
+        (
+            Ended(35, robots=True, fire_strategy=CheckedStrategy(NoFire(), "fire", "")),
+            Ended(30, fire_strategy=CheckedStrategy(RandomFire(), "fire", "")),
+            "35 of 40 got out, 5 more than with “nobody guides, no fire”",
         ),
         (
             Ended(35, robots=True),

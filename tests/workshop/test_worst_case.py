@@ -1,5 +1,6 @@
 """The worst case: what fire and errors try out, what they take, and what that costs."""
 
+from copy import deepcopy
 from itertools import pairwise
 
 import numpy as np
@@ -17,9 +18,9 @@ from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.comparing import begin_evaluation
 from reference.workshop.comparing.named import set_up_match
-from reference.workshop.strategies import ROBOTS
+from reference.workshop.strategies import ROBOTS, worst_case
 from reference.workshop.strategies.fires import APART_METRES, BusiestFire, busiest
-from reference.workshop.strategies.guides import Observer
+from reference.workshop.strategies.guides import Observer, Patrol
 from reference.workshop.strategies.worst_case import (
     DisturbedRobots,
     FirstDecision,
@@ -172,6 +173,26 @@ def test_of_a_few_errors_robots_make_the_one_that_leaves_least_reward():
 
 
 @pytest.mark.paper("F4", "Eq. 5")
+def test_the_worst_fire_tries_disturbed_robots_with_what_they_remember(monkeypatch):
+    """And without errors: nobody adds them twice."""
+    tried = []
+
+    def noted(world, scenario, tries, rng):
+        tried.extend(deepcopy(robots) for robots, _ in tries)
+        return 0
+
+    monkeypatch.setattr(worst_case, "_worst_try", noted)
+    scene = Scenario(people=12)
+    met = set_up_match(shipped("tiny"), scene, Patrol(), WorstCase(), 0, errors=2.0)
+    wait(met, 26)  # the fire decides at 0 and 25 s
+    assert type(met.robot_strategy) is DisturbedRobots
+    by_fire = [robots for robots in tried if type(robots) is not FirstDecision]
+    assert len(by_fire) > 2 and {type(robots) for robots in by_fire} == {Patrol}
+    remembered = met.robot_strategy.robots._stops
+    assert by_fire[-1]._stops.keys() == remembered.keys() != set()
+
+
+@pytest.mark.paper("F4", "Eq. 5")
 def test_a_learned_policy_can_be_disturbed_and_the_worst_fire_plays_on(tmp_path):
     """Neither imagines the other's futures; without robots nobody is disturbed."""
     save_checkpoint(begun(seed=3).checkpoint(), tmp_path / "own.pt")
@@ -182,7 +203,8 @@ def test_a_learned_policy_can_be_disturbed_and_the_worst_fire_plays_on(tmp_path)
             (word, "none"), ("worst-case",), episodes=1, errors=errors
         )
         one, other = made.simulations(made.runs)
-        assert type(one.fire_strategy.robots) is LearnedRobots
+        attacked = one.fire_strategy.robots
+        assert type(attacked.robots if errors else attacked) is LearnedRobots
         assert type(other.robot_strategy) is NoRobots
         one.step()
         ways[errors] = [robot.destination.tolist() for robot in one.world.robots]

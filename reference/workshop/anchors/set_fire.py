@@ -17,7 +17,12 @@ import numpy as np
 
 from reference import paper
 from reference.building import Building, Kind, lengths
-from reference.fire import cells_around_clearance, cells_beside, cost_of_flames
+from reference.fire import (
+    cells_around_clearance,
+    cells_beside,
+    cost_of_flames,
+    lightable,
+)
 from reference.game.codec import Moment, PolicyCodec
 from reference.navigation import navigation_of
 from reference.paper import Scenario
@@ -40,7 +45,6 @@ from reference.workshop.strategies.observed import (
     guess_guides,
     kept_under_numbers,
     known_map_of,
-    lightable,
     metres_between,
 )
 from reference.workshop.strategies.traffic import traffic
@@ -72,7 +76,7 @@ class KnownMarks:
 
     def __init__(self, building: Building):
         nav = navigation_of(building)
-        self.fuel = lightable(building)
+        self.fuel = lightable(building).ravel()
         by_floor = self.fuel.reshape(building.floors, -1)
         marks = [
             mark

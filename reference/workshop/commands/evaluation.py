@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from reference.evaluation.bounds import best_reward, critical_points
-from reference.evaluation.score import paper_ruler
+from reference.evaluation.score import RulerError, paper_ruler
 from reference.workshop.commands import options
 from reference.workshop.commands.common import print_note, print_report, run_in_folder
 from reference.workshop.comparing import buildings, matches, results
@@ -241,5 +241,8 @@ def _draw(
         one = f"{baseline.robots} here"
         cells = [replace(cell, score=cell.score_on_baseline) for cell in cells]
     best = best_reward(arena.drawn, arena.people)
-    save(curve(ruler, best), folder / "ruler.png")
+    try:
+        save(curve(ruler, best), folder / "ruler.png")
+    except RulerError as error:
+        print_note(f"no ruler.png: {error}")
     save(contours(ruler, cells, one), folder / "scores.png")

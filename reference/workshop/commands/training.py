@@ -220,6 +220,6 @@ def _differences(tasks: dict[str, Any]) -> str:
     about = differences(tasks)
     if about:
         print_note(f"What differs ({', '.join(tasks)}): {about}")
-    if len({task.plan for task in tasks.values()}) > 1:
+    if len({(task.plan, task.family) for task in tasks.values()}) > 1:
         print_note("Their buildings differ: rewards and survivors do not compare.")
     return about

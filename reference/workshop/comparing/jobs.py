@@ -3,6 +3,7 @@
 A job is a pure function of plain data, for any executor whose
 workers share the experiment's folder.  The name of what it makes has a digest of all
 that it follows from: what is made is not made again, and what changed is made anew.
+What was made with other numbers of the paper is refused.
 
     trainings/NAME-DIGEST/  of an arm and a seed: checkpoint, curve, log
     tests-DIGEST/           an evaluation; digest: of the arena and own code
@@ -89,9 +90,9 @@ def _digest(*plain: Any) -> str:
 def finish_trainings(
     experiment: Experiment, folder: Path, executor: Executor
 ) -> dict[str, str]:
-    """Finish all trainings, on any number of workers; return which failed, and why.
+    """Finish all trainings, on any number of workers; return which failed, why [E6].
 
-    [E6] Raises InputError for trainings that were made with other numbers.
+    Raises InputError for trainings that were made with other numbers.
     """
     own = training_folders(experiment, folder)
     done = finished(experiment, folder)

@@ -149,8 +149,8 @@ def set_up_match(
 
     errors: metres that robots observe wrongly by, in the worst case [F4]
     """
-    if isinstance(fire, WorstCase):
-        fire.meet(robots, scenario)
     if errors and not isinstance(robots, NoRobots):
         robots = DisturbedRobots(robots, fire, scenario, errors)
+    if isinstance(fire, WorstCase):
+        fire.meet(robots, scenario)
     return Simulation(building, scenario, robots, fire, seed)

@@ -40,7 +40,7 @@ def players(cells: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]
 
 
 def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
-    """Draw every match's mean survival and interval, as a map of robots × fires [F12].
+    """Draw every match's mean survival and interval, as a map of robots × fires.
 
     caption: what means and intervals are over
     """
@@ -73,7 +73,7 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
 
 
 def evacuation_curves(results: Sequence[RunResult]) -> Figure:
-    """Draw evacuation curves: who is out by when, a panel for each fire [F12].
+    """Draw evacuation curves: who is out by when, a panel for each fire.
 
     Means over each strategy's runs, with bands.
     """

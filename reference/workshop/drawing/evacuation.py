@@ -1,4 +1,4 @@
-"""One instant of an evacuation on all floors, or of two side by side, and its curves.
+"""One instant of an evacuation on all floors, or of several, and its curves.
 
 Shapes tell things apart as well as colours do: disc follower, triangle leader [B4],
 diamond robot [C5], star fire source [D3].  People darken as they lose health [B7];
@@ -94,7 +94,7 @@ def frame(world: World, history: Sequence[Tally] | None = None) -> page.Picture:
 
 
 class Scene:
-    """A page of one evacuation, or of two in the same building, side by side.
+    """A page of one evacuation, or of several in the same building, side by side.
 
     What stands still is drawn once.
 
@@ -289,10 +289,10 @@ def _note(axes: Axes, words: str, x: float, y: float, size: float) -> Text:
 def paint_floors(
     axes: Axes, building: Building, metre: float, names: Sequence[str] = ()
 ) -> np.ndarray:
-    """Paint all floors on the same axes, and a scale; return each one's move.
+    """Paint all floors on the same axes, and a scale.
 
     metre: in points, about;  names: of the floors, if not their titles
-    moves: (floors, 2) metres from the building to the axes
+    Returns each one's move from the building to the axes, (floors, 2) metres.
     """
     left, right, low, high = page.extent_of(building)
     _, columns = page.arranged(building, building.floors)

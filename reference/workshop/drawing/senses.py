@@ -4,7 +4,7 @@ The pages decode the very arrays that the networks are given; they show nothing 
 the world.
 
     vector  (V,) numbers of one agent
-    cells   (channels, height, width), 0 or 1 [C2]
+    cells   (channels, height, width), 0 or 1 [C3]
     point   x and y in metres, and the storey; below the ground: gone
 """
 

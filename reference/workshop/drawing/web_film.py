@@ -21,6 +21,7 @@ from reference.building import Building, Kind
 from reference.simulation import Simulation
 from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.evacuation import INKS, STEPS, TRAIL_SECONDS
+from reference.workshop.strategies import FIRES
 from reference.world import NOWHERE, DoorBurnt, Fate
 
 FRAME = 0.6  # simulated seconds
@@ -108,7 +109,9 @@ def verdict(run: Simulation, first: Simulation, heading: str) -> str:
         return words
 
     more = ended.evacuated - first.outcome().evacuated
-    same_fire = type(run.fire_strategy) is type(first.fire_strategy)
+    # one that learned or is somebody's own has a class that tells nothing
+    kinds = {type(run.fire_strategy), type(first.fire_strategy)}
+    same_fire = len(kinds) == 1 and kinds <= {*FIRES.values()}
     than = f"with “{heading.splitlines()[0] if heading else 'the first'}”"
     if same_fire and run.world.robots and not first.world.robots:
         than = "without guides"

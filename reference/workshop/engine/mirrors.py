@@ -20,9 +20,12 @@ from types import CodeType, FunctionType
 from typing import Any, NamedTuple
 
 import numba
+from numba.core.cpu import CPUTargetOptions
 
 if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
     raise ImportError("NUMBA_DISABLE_JIT is set")
+if not hasattr(CPUTargetOptions, "_nrt"):  # see `compiled`
+    raise ImportError(f"numba {numba.__version__} has no option _nrt")
 
 BOOK = "reference."
 CachedFunction = type(cache(len))  # what `cache` and `lru_cache` make; it has no name
@@ -65,8 +68,7 @@ def compiled(function: Callable[..., Any], entry: bool = False) -> Any:
 
     Only an entry is kept on disk, by `storing`: all that it calls is inlined into it.
     Nothing compiled makes arrays: counting who holds one, atomically, took half the
-    time.  `_nrt=False` leaves that out, an option that numba has for itself; a numba
-    without it raises KeyError.
+    time.  `_nrt=False` leaves that out, an option that numba has for itself.
     """
     options: Any = {"error_model": "numpy", "forceinline": not entry, "_nrt": False}
     made: Any = numba.njit(**options)(function)

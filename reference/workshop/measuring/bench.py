@@ -56,7 +56,7 @@ class Crowd:
 
 
 def crowd_cases() -> dict[str, Crowd]:
-    """What is played; in the first 20 s everybody is inside."""
+    """What is played, by what it is called."""
     forty = paper.PEOPLE
     many = 10 * forty
     whole = Scenario().time_limit
@@ -121,7 +121,7 @@ def why_no_engine() -> str:
     """Say why the engine stands aside; "" where it plays."""
     if find_spec("numba") is None:
         return "numba is not installed"
-    return "" if engine.knows_all_rules() else "a rule has changed"
+    return "" if engine.knows_all_rules() else "see what it said above"
 
 
 # -- Compilation --------------------------------------------------------------------

@@ -7,7 +7,7 @@ are left out. A row of `trajectory_data`:
 
     frame          ticks since the beginning
     id             index of a human, the same in all files
-    pos_x, pos_y   metres, as everywhere [A8]
+    pos_x, pos_y   metres, as everywhere
     ori_x, ori_y   unit vector last walked along; 0, 0 before the first step
     mode           0 follows, 1 leads [B4]
     leader         body followed, -1 for nobody; robots are numbered after people

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from reference.building import Building, Kind, Landmark, lengths
-from reference.fire import Decision, RandomFire, decision_at, free_places
+from reference.fire import Decision, RandomFire, decision_at, free_places, lightable
 from reference.navigation import Navigation, navigation_of
-from reference.workshop.strategies.observed import lightable, nearest_places
+from reference.workshop.strategies.observed import nearest_places
 from reference.workshop.strategies.traffic import places_walked, traffic
 from reference.world import World
 
@@ -106,7 +106,7 @@ def exits_first(building: Building) -> list[Landmark]:
 
 def places_beside(building: Building, marks: Iterable[int]) -> list[int]:
     """Find the cell nearest to each landmark that fire may enter, where one is [D6]."""
-    return nearest_places(building, marks, lightable(building))
+    return nearest_places(building, marks, lightable(building).ravel())
 
 
 class BusiestFire:

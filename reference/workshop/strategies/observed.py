@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from reference import paper
 from reference.building import Building, Kind, Landmark
-from reference.fire import burnable
+from reference.fire import lightable
 from reference.navigation import Navigation, navigation_of
 from reference.robots import Destination, actual_target
 from reference.workshop.storage.numbers import paper_numbers
@@ -229,7 +229,7 @@ def guarded_ways(building: Building, floor: int) -> list[tuple[int, int]]:
     [C5, chosen] The place is the nearest cell on foot that flames may enter and that is
     not near a stairwell, where Eq. 1 would move the robot.
     """
-    can_guard = lightable(building) & keeps_destination(building)
+    can_guard = lightable(building).ravel() & keeps_destination(building)
     found = []
     for mark in building.landmarks:
         if mark.floor == floor and mark.kind is not Kind.DOOR:
@@ -247,11 +247,6 @@ def keeps_destination(building: Building) -> np.ndarray:
         floor = place // nav.floor_size
         keeps[place] = actual_target(building, floor, *point) == tuple(point)
     return keeps
-
-
-def lightable(building: Building) -> np.ndarray:
-    """(places,) bool: room cells that flames may enter."""
-    return (burnable(building) & (building.kind == Kind.FLOOR)).ravel()
 
 
 def nearest_places(

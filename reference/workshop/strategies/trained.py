@@ -187,7 +187,7 @@ class Flat(Trained):
     ):
         """building, scenario: those that it has learned in."""
         self.policy = policy
-        self.scenario = scenario or Scenario()
+        self.scenario = Scenario() if scenario is None else scenario
         self.name = building
         self.building = load(building)
         self.layout = vector_layout(self.building, self.scenario)

@@ -62,7 +62,10 @@ class WorstCase:
         candidates = busiest(world, CANDIDATES)
         if not candidates:
             return RandomFire().decide(world, rng)
-        tries = [(self.robots, FirstDecision(p, BusiestFire())) for p in candidates]
+        robots = self.robots
+        if isinstance(robots, DisturbedRobots):  # as they remember now, without errors
+            robots = robots.robots
+        tries = [(robots, FirstDecision(p, BusiestFire())) for p in candidates]
         return candidates[_worst_try(world, self.scenario, tries, rng)]
 
 

@@ -1,4 +1,4 @@
-"""Settings of a whole training: both sides, a scenario, and three presets.
+"""Settings of a whole training: both sides, a scenario, and four presets.
 
 The tables' numbers stand in `paper`; those of the smaller presets in presets.toml.
 """

@@ -385,11 +385,11 @@ class Training:
         """
         task = checkpoint.task
         training = cls(task)
+        building = building_of(task.plans[0])  # of a family: an example
         for side, players in task.fixed.items():
             for who in players:
                 if isinstance(who, LearnedNetwork):  # fails here, not in a worker
-                    scenario = task.settings.scenario
-                    who.player(side, building_of(task.plan), scenario)
+                    who.player(side, building, task.settings.scenario)
         progress = record_from(Progress, checkpoint.progress, "progress")
         if not progress.imitated:
             return training

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from reference.building import building_of
+from reference.fire import lightable
 from reference.learning.players import LearnedNetwork
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
 from reference.workshop import maps
 from reference.workshop.storage.runs import refuse_numbers, refuse_version
 from reference.workshop.storage.scenarios import kept_fields, with_stated
-from reference.workshop.strategies.observed import lightable
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import CheckpointError, Task
 from reference.workshop.training.families import RANDOM, Family, family_of
