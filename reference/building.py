@@ -123,12 +123,21 @@ class Building:
         self.signs: np.ndarray = signs_of(drawing)
 
         # where metres begin
-        room = is_room(self.signs).any(axis=0)
-        cells = np.argwhere(room | ~room.any())
-        box = np.array([cells.min(axis=0) - 1, cells.max(axis=0) + 2])  # with walls
-        self.origin: tuple[int, int] = tuple((box.sum(axis=0) // 2).tolist())
-        (top, left), (bottom, right) = (box - self.origin).astype(float).tolist()
-        self.body = left, -bottom, right, -top
+        rooms = np.any(is_room(self.signs), axis=0)  # on any floor
+        if not rooms.any():  # nothing but stairs or walls: all of the drawing
+            rooms[:] = True
+        cells = np.argwhere(rooms)
+        top, left = (cells.min(axis=0) - 1).tolist()  # with the outer walls
+        bottom, right = (cells.max(axis=0) + 2).tolist()
+        row = (top + bottom) // 2
+        col = (left + right) // 2
+        self.origin = row, col
+        self.body = (
+            float(left - col),
+            float(row - bottom),
+            float(right - col),
+            float(row - top),
+        )
 
         # rooms, stairwells, landmarks
         self.areas = self._find_areas()

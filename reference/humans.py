@@ -278,7 +278,8 @@ def remember(me: Mind, observe: View) -> None:
     me.been[observe.place] = None
     if observe.room != NOWHERE:
         for mark in observe.of_room:
-            if me.seen_from.setdefault(mark, observe.room) != observe.room:
+            first_room = me.seen_from.setdefault(mark, observe.room)
+            if first_room != observe.room:
                 me.doors.add(mark)
     if me.goal.aim is Aim.DIRECTION and observe.burns_towards(me.goal.place):
         me.patches.add(me.goal.which)
@@ -301,14 +302,14 @@ def pass_landmark(me: Mind, landmark: int, side: int, beyond: int) -> None:
     side: area it was entered from;  beyond: the place on its other side. A door that
     only lies on the way to another one is no way back: one would turn in it for ever.
     """
-    entered = Passed(landmark, side)
-    last = me.trail[-1] if me.trail else None
     aim, which, _ = me.goal
     passing_by = aim is Aim.DIRECTION or (aim is Aim.LANDMARK and which != landmark)
-    if last is not None and last.door == landmark and last.side != side:
-        me.trail.pop()  # walked back through it: drop it
-    elif last != entered and not passing_by:
-        me.trail.append(entered)
+    last = me.trail[-1] if me.trail else None
+    if last is not None and last.door == landmark:
+        if last.side != side:
+            me.trail.pop()  # walked back through it: drop it
+    elif not passing_by:
+        me.trail.append(Passed(landmark, side))
     me.doors.add(landmark)
     if me.mode is Mode.LEADER:
         me.goal = Goal(Aim.THRESHOLD, landmark, beyond)

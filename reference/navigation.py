@@ -90,7 +90,8 @@ class StraightLines:
         d_col = q - p - d_row * self.cols
         near = (abs(d_row) <= self.reach) & (abs(d_col) <= self.reach)
         k = (d_row + self.reach) * self.side + d_col + self.reach
-        return near & self.table.ravel()[p * self.table.shape[1] + near * k]
+        inside = np.where(near, k, 0)  # beyond the square it is False anyway
+        return near & self.table[p, inside]
 
     def reached_from(self, p: int) -> np.ndarray:
         """(k,) places that a straight line from p reaches, p among them."""

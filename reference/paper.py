@@ -313,6 +313,15 @@ class Scenario:
     decision_seconds: float = current(lambda: DECISION_SECONDS)
 
     def __post_init__(self) -> None:
+        self._refuse_numbers()
+        self._refuse_lists()
+        self._refuse_two_counts()
+        self._round_to_ticks()
+        object.__setattr__(self, "rooms", tuple(self.rooms))
+        if self.people_per_floor is not None:
+            object.__setattr__(self, "people_per_floor", tuple(self.people_per_floor))
+
+    def _refuse_numbers(self) -> None:
         limit_of = limits()
         for row in fields(self):
             if row.name in limit_of:
@@ -320,13 +329,17 @@ class Scenario:
                 refuse_beyond(row.name, value, limit_of[row.name], row.type is int)
         if not isinstance(self.training, bool):
             raise InputError(f"training is {self.training!r:.60}: give True or False")
+
+    def _refuse_lists(self) -> None:
         for name in ("rooms", "people_per_floor"):
             value = getattr(self, name)
             if isinstance(value, str) or not isinstance(value, Sequence | None):
                 word = f"{value!r:.60}"
                 raise InputError(f"{name} is {word}: give a list, [{word}]")
         for count in self.people_per_floor or ():
-            refuse_beyond("one of people_per_floor", count, limit_of["people"], True)
+            refuse_beyond("one of people_per_floor", count, limits()["people"], True)
+
+    def _refuse_two_counts(self) -> None:
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
         if self.people_per_floor is not None:
@@ -336,6 +349,8 @@ class Scenario:
                     f"people is {self.people}, people_per_floor comes to {count}: "
                     "leave one out"
                 )
+
+    def _round_to_ticks(self) -> None:
         if self.decision_seconds < self.tick:
             raise InputError(
                 f"decision_seconds is {self.decision_seconds:g}: it must be a tick or "
@@ -343,9 +358,6 @@ class Scenario:
             )
         ticks = round(self.decision_seconds / self.tick)
         object.__setattr__(self, "decision_seconds", ticks * self.tick)
-        object.__setattr__(self, "rooms", tuple(self.rooms))
-        if self.people_per_floor is not None:
-            object.__setattr__(self, "people_per_floor", tuple(self.people_per_floor))
 
     @property
     def tick(self) -> float:

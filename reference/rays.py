@@ -23,6 +23,8 @@ from reference import paper
 from reference.building import Building, Kind, distance, lengths
 from reference.navigation import Navigation, StraightLines, navigation_of, shifted
 
+RAY_STEP = 0.05  # metres between two points of a ray, whose cells it enters
+ROUNDING = 1e-9  # cells: a point on a border lies in the next one, however rounded
 KEPT = 1 << 15  # answers of each kind that are kept
 Holes = frozenset[int]  # destroyed doors in view, which rays pass [A6]
 NO_HOLES: Holes = frozenset()
@@ -184,10 +186,13 @@ class Sight:
     def seen_on_all_sides(self, p: int) -> frozenset[int]:
         """Places in line of sight, all of whose walkable neighbours are, too."""
         line = self.in_line(p, NO_HOLES)
+        dark = (self._beside(line) & self._walked) - line
+        return line - self._beside(dark)
+
+    def _beside(self, places: Iterable[int]) -> set[int]:
+        """The four neighbours of each of these places."""
         cols = self.navigation.cols
-        around = {q + step for q in line for step in (1, -1, cols, -cols)}
-        dark = self._walked & around - line
-        return line - {q + step for q in dark for step in (1, -1, cols, -cols)}
+        return {q + step for q in places for step in (1, -1, cols, -cols)}
 
     @kept
     def looked_at(self, p: int, holes: Holes = NO_HOLES) -> frozenset[int]:
@@ -261,9 +266,9 @@ def direction(k: int, rays: int) -> tuple[float, float]:
 def _cells_along(unit: tuple[float, float], reach: float) -> list[tuple[int, int]]:
     """Offsets (row, col) of the cells a ray enters, in order, its own left out."""
     east, north = unit
-    steps = 0.05 * np.arange(1, reach / 0.05)
-    rows = np.floor(0.5 + steps * -north + 1e-9).astype(int)
-    cols = np.floor(0.5 + steps * east + 1e-9).astype(int)
+    steps = RAY_STEP * np.arange(1, reach / RAY_STEP)
+    rows = np.floor(0.5 - steps * north + ROUNDING).astype(int)
+    cols = np.floor(0.5 + steps * east + ROUNDING).astype(int)
     cells = list(dict.fromkeys(zip(rows.tolist(), cols.tolist(), strict=True)))
     return [cell for cell in cells if cell != (0, 0)]
 

@@ -39,6 +39,7 @@ from reference.world import (
     Fate,
     FireLit,
     LeftFloor,
+    Robot,
     World,
 )
 
@@ -197,24 +198,28 @@ class Simulation:
         decided: Destinations = [None] * len(robots)
         active = [k for k, robot in enumerate(robots) if robot.active]
         if active and self.ticks % self.decision_ticks == 0:
-            team = [robots[k] for k in active]
-            rng = self.rng["robots"]
-            answers = self.robot_strategy.decide(self.world, team, rng)
-            if answers is None or len(answers) != len(team):
-                raise InputError(
-                    f"the robots' decide returned {answers!r:.60}: give a list, with "
-                    f"(x, y) or None for each of the {len(team)} robots at work"
-                )
+            answers = self._ask_robots([robots[k] for k in active])
             for k, answer in zip(active, answers, strict=True):
-                if answer is not None and not _is_numbers(answer, 2):
-                    raise InputError(
-                        f"a robot is sent to {answer!r:.60}, which is no place: give "
-                        "(x, y), metres, or None"
-                    )
                 decided[k] = answer
         if self.fire_turn:
             self._fire_decides()
         return decided
+
+    def _ask_robots(self, team: list[Robot]) -> Destinations:
+        """Ask the strategy where these robots go. Raises InputError for no decision."""
+        answers = self.robot_strategy.decide(self.world, team, self.rng["robots"])
+        if answers is None or len(answers) != len(team):
+            raise InputError(
+                f"the robots' decide returned {answers!r:.60}: give a list, with "
+                f"(x, y) or None for each of the {len(team)} robots at work"
+            )
+        for answer in answers:
+            if answer is not None and not _is_numbers(answer, 2):
+                raise InputError(
+                    f"a robot is sent to {answer!r:.60}, which is no place: give "
+                    "(x, y), metres, or None"
+                )
+        return answers
 
     def _fire_decides(self) -> None:
         """Light the source that the fire decides for, or record why not [D6]."""
@@ -306,7 +311,7 @@ class Simulation:
         doors = self._marks[(touched & (self.building.kind == Kind.DOOR)).ravel()]
         for mark in sorted(set(doors.tolist()) - burnt):
             burnt.add(mark)
-            self._record(DoorBurnt, mark)
+            self.events.append(DoorBurnt(self.world.time, landmark=mark))
 
     # -- SETTLE ---------------------------------------------------------------------
 
@@ -317,7 +322,8 @@ class Simulation:
         for i in dead.tolist():
             bodies.health[i] = 0.0
             self._leave(i, Fate.DEAD)
-            self._record(Died, i, int(bodies.floor[i]))
+            died = Died(self.world.time, person=i, floor=int(bodies.floor[i]))
+            self.events.append(died)
 
         self.due[:] = self.turn == self.ticks % paper.RECONSIDER_TICKS
         for i, before in touched:
@@ -328,7 +334,7 @@ class Simulation:
         for i in landing.tolist():
             passed = walking.descend(self.world, i)
             if passed is not None:
-                self._record(LeftFloor, i, passed, float(bodies.health[i]))
+                self._record_floor_left(i, passed)
             self.due[i] = bodies.walking[i]
 
     def _touch(self, i: int, before: int, mark: int) -> None:
@@ -336,10 +342,17 @@ class Simulation:
         bodies = self.world.bodies
         landmark = self.building.landmarks[mark]
         if landmark.leads_out:
-            self._record(LeftFloor, i, landmark.floor, float(bodies.health[i]))
+            self._record_floor_left(i, landmark.floor)
         if landmark.kind is Kind.EXIT:  # out: the loop ends [A4, Alg. 1:1, Alg. 2:1]
             self._leave(i, Fate.EVACUATED)
-            self._record(Evacuated, i, landmark.floor, float(bodies.health[i]), mark)
+            evacuated = Evacuated(
+                self.world.time,
+                person=i,
+                floor=landmark.floor,
+                health=float(bodies.health[i]),
+                landmark=mark,
+            )
+            self.events.append(evacuated)
         elif landmark.leads_out:
             walking.enter_stairs(self.world, i, mark)
         elif mark not in self.world.burnt:
@@ -357,8 +370,10 @@ class Simulation:
         bodies.stairwell[i] = NOWHERE
         bodies.stairs_until[i] = inf
 
-    def _record(self, event: type[Event], *fields: object) -> None:
-        self.events.append(event(self.world.time, *fields))
+    def _record_floor_left(self, i: int, floor: int) -> None:
+        health = float(self.world.bodies.health[i])
+        left = LeftFloor(self.world.time, person=i, floor=floor, health=health)
+        self.events.append(left)
 
 
 def _is_numbers(value: object, count: int) -> bool:

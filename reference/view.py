@@ -57,7 +57,8 @@ class View:
     def ground(self) -> frozenset[int]:
         """Places of rooms and doors in line of sight; if there are none, of stairs."""
         line = self._sight.in_line(self.place, self.holes)
-        return line & self._sight.rooms or line
+        rooms = line & self._sight.rooms
+        return rooms if rooms else line
 
     def seen_on_all_sides(self, place: int) -> frozenset[int]:
         """What was in line of sight from a place, without its border."""
@@ -70,7 +71,8 @@ class View:
     @property
     def burnt(self) -> frozenset[int]:
         """Destroyed doors that rays meet, or that one stands in [A6]."""
-        return self.holes | self._world.burnt & {self.here}
+        under_me = self._world.burnt & {self.here}
+        return self.holes | under_me
 
     @property
     def open(self) -> list[Direction]:
@@ -149,20 +151,21 @@ def look(world: World, sight: Sight, who: np.ndarray) -> list[View]:
     place = np.concatenate([bodies.place, places])
     present = np.concatenate([bodies.walking, active])
     x, y = np.concatenate([bodies.position, at]).T
-    x = x + FLOOR_APART * floor
+    x_apart = x + FLOOR_APART * floor  # so that one comparison tells floors apart, too
 
     # who is near whom
-    off_x = x - x[who, None]
+    off_x = x_apart - x_apart[who, None]
     off_y = y - y[who, None]
     near = (np.abs(off_x) < sight.reach) & (np.abs(off_y) < sight.reach) & present
     near[np.arange(len(who)), who] = False
-    k, j = np.divmod(np.flatnonzero(near), near.shape[1])
-    x = off_x[k, j]
-    y = off_y[k, j]
-    metres = np.sqrt(x * x + y * y)
+    looker, seen = np.nonzero(near)
+    to_x = off_x[looker, seen]
+    to_y = off_y[looker, seen]
+    metres = np.sqrt(to_x * to_x + to_y * to_y)
 
-    around = list(zip(j.tolist(), place[j].tolist(), metres.tolist(), strict=True))
-    ends = k.searchsorted(np.arange(len(who) + 1)).tolist()
+    facts = (seen.tolist(), place[seen].tolist(), metres.tolist())
+    around = list(zip(*facts, strict=True))
+    ends = looker.searchsorted(np.arange(len(who) + 1)).tolist()
     each = zip(who.tolist(), pairwise(ends), strict=True)
     return [see(world, sight, i, around[first:last]) for i, (first, last) in each]
 

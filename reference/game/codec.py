@@ -106,5 +106,8 @@ def decision_in(row: np.ndarray) -> Any:
     """Read a decision, (A,): x, y of a robot, None for nan; floor, x, y of the fire."""
     if np.isnan(row).all():
         return None
-    *floor, x, y = row.tolist()
-    return (int(floor[0]), x, y) if floor else (x, y)
+    if len(row) == AXES:
+        x, y = row.tolist()
+        return x, y
+    floor, x, y = row.tolist()
+    return int(floor), x, y

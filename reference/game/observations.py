@@ -125,9 +125,11 @@ def robot_vectors(worlds: Sequence[World], layout: Layout) -> np.ndarray:
     floor = robots[0, :, 2]
     mates = np.equal.outer(floor, floor)  # on one floor
 
-    # each robot's own order
+    # each robot's own order: of robots itself, its mates, then those elsewhere
     nearest = _nearest_first(robots, humans, worlds[0].building.floors)
-    me_first = np.argsort(~mates - np.eye(len(mates)), axis=1, kind="stable")
+    rank = np.where(mates, 1, 2)
+    np.fill_diagonal(rank, 0)
+    me_first = np.argsort(rank, axis=1, kind="stable")
 
     robots[~work] = paper.ABSENT_POINT
     team = (mates & work[:, None]).sum(axis=2)

@@ -65,8 +65,8 @@ A7 navigation
   - if d_row and d_col:  # never cut a corner
   + if False:
 A6 view
-  - self.holes | self._world.burnt & {self.here}
-  + self.holes
+  - return self.holes | under_me
+  + return self.holes
 A6 view
   - while through := world.burnt
   + if through := world.burnt
@@ -146,8 +146,8 @@ B6 beginning
   - rank=rng.random(n),
   + rank=np.zeros(n),
 B6 humans
-  - elif last != entered and
-  + elif
+  - if last is not None and last.door == landmark:
+  + if last is not None and last.door == landmark and last.side != side:
 B6 humans
   - best = max(ways
   + best = min(ways

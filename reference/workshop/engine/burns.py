@@ -57,7 +57,7 @@ def is_beside(N, cells, burning, p):
     return row > 0 and burning[p - N.cols]
 
 
-@mirrors("simulation.Simulation._burn_doors 9208d3")
+@mirrors("simulation.Simulation._burn_doors 83bce2")
 def burn_doors(N, cells, marks, burning, burnt, fresh):
     """Destroy the regular doors that have flames beside them [A6]; `fresh`: these."""
     for p in range(N.places):

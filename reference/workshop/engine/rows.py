@@ -221,7 +221,7 @@ def add_ground(S, R, p):
                 R.square[k] |= GROUND
 
 
-@mirrors("rays.Sight.seen_on_all_sides 064dcb")
+@mirrors("rays.Sight.seen_on_all_sides 2125ed", "rays.Sight._beside c744de")
 def add_seen_on_all_sides(S, R, p):
     """Mark places in line of sight with all places beside them."""
     N = S.numbers[0]

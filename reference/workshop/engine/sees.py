@@ -168,7 +168,7 @@ def sighted(observe, body):
     return -1
 
 
-@mirrors("view.View.burnt b5ba7e")
+@mirrors("view.View.burnt 7eb1b0")
 def is_burnt(observe, mark):
     """Is this a destroyed door that rays meet, or that one stands in? [A6]"""
     v = observe.now[0]
@@ -216,7 +216,7 @@ def find_row(rows, cells, hits, lists, burnt, wanted, p):
     return row
 
 
-@mirrors("view.look 00c19b")
+@mirrors("view.look c6a63d")
 def look(
     N, clock, bodies, spots, grid, heads, robots, burnt, cells, r, observe, row, i
 ):

@@ -307,10 +307,10 @@ def back_to_last_door(N, me, mine, observe, some):
 @mirrors(
     "humans.look_again 8bbc97",
     "view.View.nearest 76f0f9",
-    "view.View.ground 42a95b",
+    "view.View.ground a30e04",
     "view.View.seen_on_all_sides 46ebd4",
     "rays.Sight.nearest 6064c5",
-    "rays.Sight.seen_on_all_sides 064dcb",
+    "rays.Sight.seen_on_all_sides 2125ed",
 )
 def look_again(N, me, mine, observe, some):
     """Go to the floor in view that was looked at longest ago, or never [B6, chosen]."""
@@ -368,7 +368,7 @@ def look_again(N, me, mine, observe, some):
 
 
 @mirrors(
-    "humans.remember 633f27", "view.View.looked_at 81ea5d", "view.View.of_room 746ecb"
+    "humans.remember dc2da9", "view.View.looked_at 81ea5d", "view.View.of_room 746ecb"
 )
 def remember(N, me, mine, observe):
     """Update the memory from the view, before the algorithm asks about it."""
@@ -422,7 +422,7 @@ def remember_leader(me, observe):
         me.told = observe.seen[k].told
 
 
-@mirrors("humans.pass_landmark e15877")
+@mirrors("humans.pass_landmark 7ba4a1")
 def pass_landmark(N, me, mine, landmark, side, beyond):
     """Remember a door or entrance just entered; a leader goes on past it [B6]."""
     door = -1

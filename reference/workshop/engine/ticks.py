@@ -113,7 +113,7 @@ def is_done(N, clock, bodies):
 
 @mirrors(
     "simulation.Simulation.fire_turn 37158f",
-    "simulation.Simulation.strategies_decide 858c48",
+    "simulation.Simulation.strategies_decide ba9a4c",
 )
 def fire_turn(N, clock):
     """Is it the fire's turn, with sources left, at a decision? [D2, D6]"""
@@ -264,7 +264,7 @@ def burn(N, T, S, clock):
 # -- SETTLE -------------------------------------------------------------------------
 
 
-@mirrors("simulation.Simulation.settle 6ff1a0")
+@mirrors("simulation.Simulation.settle fda0cb")
 def settle(N, T, S, clock):
     """Settle deaths, triggers and stairs; set who thinks in the next tick [B4]."""
     for i in range(N.people):
@@ -291,7 +291,7 @@ def settle(N, T, S, clock):
             S.due[i] = body.fate == FATE_INSIDE and body.stairwell < 0
 
 
-@mirrors("simulation.Simulation._touch bfb8df")
+@mirrors("simulation.Simulation._touch 54a21f")
 def touch(N, T, S, clock, i, before):
     """Fire the trigger of the door, entrance or exit that a body touches [A5]."""
     body = S.bodies[i]
@@ -321,7 +321,7 @@ def leave(body, fate):
     body.stairs_until = inf
 
 
-@mirrors("simulation.Simulation._record 5859b9")
+@mirrors("simulation.Simulation._record_floor_left de79c9")
 def note_event(S, clock, kind, person, floor, health, mark):
     """Note an event, to be told to the book."""
     event = S.events[clock.events]

@@ -41,7 +41,7 @@ class Ways(NamedTuple):
     following: np.ndarray  # where the queue of each goes on, or -1
 
 
-@mirrors("navigation.StraightLines.reaches 0f95a7")
+@mirrors("navigation.StraightLines.reaches 3a9521")
 def reaches(N, clear, p, q):
     """Can a body walk straight from p to q?"""
     d_row = q // N.cols - p // N.cols
