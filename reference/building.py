@@ -231,37 +231,57 @@ class Building:
     def _find_landmarks(self, shafts: dict[str, list[Area]]) -> tuple[Landmark, ...]:
         """Find doors, then entrances, then exits of each floor, in reading order."""
         landmarks: list[Landmark] = []
-        for floor, signs in enumerate(self.signs):
-            places: dict[Kind, list[np.ndarray]] = {Kind.DOOR: [], Kind.ENTRANCE: []}
-            for cells in connected_parts(signs == "+"):
-                kinds = [area.kind for area in self._areas_beside(floor, cells)]
-                closed = Kind.ENTRANCE if "stairwell" in kinds else Kind.DOOR
-                places[closed].append(cells)
-            places[Kind.EXIT] = connected_parts(signs == "E")
-
-            for kind, found in places.items():
-                is_exit = kind is Kind.EXIT
+        for floor in range(self.floors):
+            for kind, found in self._passages(floor).items():
                 for number, cells in enumerate(found, 1):
-                    beside = self._areas_beside(floor, cells)
-                    sides = [area.id for area in beside]
-                    stairs = [area.name for area in beside if area.name in shafts]
-                    down = any(shafts[letter][0].floor < floor for letter in stairs)
-                    well = -1
-                    if kind is Kind.ENTRANCE:
-                        well = list(shafts).index(stairs[0])
-                    mark = Landmark(
-                        index=len(landmarks),
-                        id=f"{floor + 1}/{kind.name.lower()}-{number}",
-                        kind=kind,
-                        floor=floor,
-                        cells=cells,
-                        position=self._middle(cells),
-                        sides=(*sides, OUTSIDE) if is_exit else tuple(sides),
-                        stairwell=well,
-                        leads_out=is_exit or down,
-                    )
+                    name = f"{floor + 1}/{kind.name.lower()}-{number}"
+                    index = len(landmarks)
+                    mark = self._landmark(index, name, kind, floor, cells, shafts)
                     landmarks.append(mark)
         return tuple(landmarks)
+
+    def _passages(self, floor: int) -> dict[Kind, list[np.ndarray]]:
+        """Find the cells of each passage of a floor, by kind, in reading order."""
+        signs = self.signs[floor]
+        doors: list[np.ndarray] = []
+        entrances: list[np.ndarray] = []
+        for cells in connected_parts(signs == "+"):
+            kinds = [area.kind for area in self._areas_beside(floor, cells)]
+            found = entrances if "stairwell" in kinds else doors
+            found.append(cells)
+        exits = connected_parts(signs == "E")
+        return {Kind.DOOR: doors, Kind.ENTRANCE: entrances, Kind.EXIT: exits}
+
+    def _landmark(
+        self,
+        index: int,
+        name: str,
+        kind: Kind,
+        floor: int,
+        cells: np.ndarray,
+        shafts: dict[str, list[Area]],
+    ) -> Landmark:
+        """Describe a passage: which areas it joins, and where it leads."""
+        beside = self._areas_beside(floor, cells)
+        sides = [area.id for area in beside]
+        if kind is Kind.EXIT:
+            sides.append(OUTSIDE)
+        stairs = [area.name for area in beside if area.name in shafts]
+        down = any(shafts[letter][0].floor < floor for letter in stairs)
+        well = -1
+        if kind is Kind.ENTRANCE:
+            well = list(shafts).index(stairs[0])
+        return Landmark(
+            index=index,
+            id=name,
+            kind=kind,
+            floor=floor,
+            cells=cells,
+            position=self._middle(cells),
+            sides=tuple(sides),
+            stairwell=well,
+            leads_out=kind is Kind.EXIT or down,
+        )
 
     def _areas_beside(self, floor: int, cells: np.ndarray) -> list[Area]:
         """The areas that share a side with any of these cells, in reading order."""

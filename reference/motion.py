@@ -20,6 +20,9 @@ from scipy.spatial import cKDTree
 from reference import paper
 from reference.world import FLOOR_APART
 
+TOWARDS = 0.5  # [A9, chosen] cosine, 60 degrees: who walks at somebody
+FAR_METRES = 1.0  # [A9, chosen] nearer targets are walked at straight
+
 Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
 
@@ -39,7 +42,7 @@ class Pairs(NamedTuple):
     j: np.ndarray  # the one looked at
     to_j: np.ndarray  # unit vector from i to j
     apart: np.ndarray  # metres between their middles
-    room: np.ndarray  # metres that the middles keep apart
+    least_apart: np.ndarray  # metres that the middles keep apart
     facing: np.ndarray  # bool, they walk at each other
     yields: np.ndarray  # bool, i gives way
 
@@ -111,7 +114,7 @@ def _heading(
 ) -> Heading:
     """Head for the targets, a little to the right of those that are far."""
     e, far = _directions(target - position)
-    aside = np.where(far > 1, paper.ASIDE_METRES, 0)
+    aside = np.where(far > FAR_METRES, paper.ASIDE_METRES, 0)
     e, far = _directions(target + _right_of(e) * aside[:, None] - position)
     return Heading(e, far, np.minimum(pace, far / seconds))
 
@@ -126,35 +129,50 @@ def _pairs(near: np.ndarray, position: np.ndarray, heading: Heading) -> Pairs:
     yields = (far_i > far_j) | ((far_i == far_j) & (i > j))
 
     to_j, apart = _directions(position.take(j, 0) - position.take(i, 0))
-    facing = _along(heading.e.take(i, 0), heading.e.take(j, 0)) < -0.5
+    facing = _along(heading.e.take(i, 0), heading.e.take(j, 0)) < -TOWARDS
     facing &= far_i + far_j > apart + paper.body_diameter()
-    room = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
-    return Pairs(i, j, to_j, apart, room, facing, yields)
+    least_apart = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
+    return Pairs(i, j, to_j, apart, least_apart, facing, yields)
 
 
 def _heed_neighbours(heading: Heading, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
     """Turn directions away from neighbours, and slow down to keep the gap ahead.
 
-    Of two who are in each other's way only one waits. Returns unit vectors and m/s.
+    Returns (n, 2) unit vectors and (n,) m/s.
     """
-    e = heading.e
+    standing = heading.v < paper.IDLE_SPEED
+    turned, strength = _turn_away(heading.e, standing, pairs)
+    give_way = np.minimum(strength, 1) * paper.GIVE_WAY_SPEED
+    v = np.where(standing, give_way, heading.v)
+    return turned, _keep_gap(turned, v, pairs)
+
+
+def _turn_away(
+    e: np.ndarray, standing: np.ndarray, pairs: Pairs
+) -> tuple[np.ndarray, np.ndarray]:
+    """Turn away from neighbours; who stands heeds only those who walk at them.
+
+    Returns (n, 2) unit vectors, and (n,) how strongly each is turned.
+    """
     i = pairs.i
     to_j = pairs.to_j
     s = pairs.apart - paper.body_diameter()
-
-    # turn: away from neighbours; who stands heeds only those who walk at them
-    standing = heading.v < paper.IDLE_SPEED
-    at_me = _along(e.take(pairs.j, 0), to_j) < -0.5
-    towards = _along(e.take(i, 0), to_j) > 0.5
+    at_me = _along(e.take(pairs.j, 0), to_j) < -TOWARDS
+    towards = _along(e.take(i, 0), to_j) > TOWARDS
     push = _push_weight(s) * (at_me | ~standing[i])
     right = np.zeros(len(e))
     right[i[at_me & towards]] = paper.KEEP_RIGHT
     swerve = _right_of(e) * right[:, None] - _sums(i, push[:, None] * to_j, len(e))
-    turned, strength = _directions(np.where(standing[:, None], 0, e) + swerve)
-    give_way = np.minimum(strength, 1) * paper.GIVE_WAY_SPEED
-    v = np.where(standing, give_way, heading.v)
+    return _directions(np.where(standing[:, None], 0, e) + swerve)
 
-    # slow down: behind whoever is in front
+
+def _keep_gap(turned: np.ndarray, v: np.ndarray, pairs: Pairs) -> np.ndarray:
+    """Slow down behind whoever is in front; of two in each other's way one waits.
+
+    v: (n,) m/s that each would walk;  returns what each may.
+    """
+    i = pairs.i
+    to_j = pairs.to_j
     turned_i = turned.take(i, 0)
     ahead = _along(turned_i, to_j)
     aside = np.abs(turned_i[:, 0] * to_j[:, 1] - turned_i[:, 1] * to_j[:, 0])
@@ -162,8 +180,10 @@ def _heed_neighbours(heading: Heading, pairs: Pairs) -> tuple[np.ndarray, np.nda
     half = len(i) // 2  # pairs k and k + half are the same two, each looking once
     mutual = np.concatenate([front[half:], front[:half]])
     front &= pairs.yields | ~mutual
-    np.minimum.at(v, i[front], np.maximum(s[front], 0) / paper.GAP_SECONDS)
-    return turned, v
+    s = (pairs.apart - paper.body_diameter())[front]
+    slower = v.copy()
+    np.minimum.at(slower, i[front], np.maximum(s, 0) / paper.GAP_SECONDS)
+    return slower
 
 
 def _push_weight(s: np.ndarray) -> np.ndarray:
@@ -261,11 +281,11 @@ def _not_into_each_other(
 ) -> np.ndarray:
     """Of two who would overlap, keep in place the one that yields; if need be, both."""
     before = pairs.off(position)
-    room = np.minimum(pairs.room, np.sqrt(_along(before, before))) - 1e-9
+    least = np.minimum(pairs.least_apart, np.sqrt(_along(before, before))) - 1e-9
     moved = wished.copy()
     while True:
         off = pairs.off(moved)
-        clash = _along(off, off) < room * room
+        clash = _along(off, off) < least * least
         if not clash.any():
             return moved
         who = pairs.i[clash & yields]

@@ -29,8 +29,8 @@ A3 building
   - return (here.kind == "room") == mark.leads_out
   + return here.kind == "room"
 A3 building
-  - closed = Kind.ENTRANCE if "stairwell" in kinds else Kind.DOOR
-  + closed = Kind.DOOR
+  - found = entrances if "stairwell" in kinds else doors
+  + found = doors
 A3 walking
   - bodies.stairs_until[i] +=
   + bodies.stairs_until[i] += 2 *
@@ -89,11 +89,11 @@ A9 motion
   - (at_me | ~standing[i])
   + ~standing[i]
 A9 motion
-  - np.maximum(s[front], 0) / paper.GAP_SECONDS)
-  + 9 + 0 * s[front])
+  - np.maximum(s, 0) / paper.GAP_SECONDS)
+  + 9 + 0 * s)
 A9 motion
-  - room = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
-  + room = np.where(facing, paper.body_diameter(), paper.body_diameter())
+  - least_apart = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
+  + least_apart = np.where(facing, paper.body_diameter(), paper.body_diameter())
 B1 rays
   - clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))
   + clear = building.walkable.copy()

@@ -85,7 +85,7 @@ def neighbours(N, walkers, n, pairs, grid, heads):
 
 
 @mirrors(
-    "motion._heading 78ce3d", "motion._right_of 11970d", "motion._directions 6d5f51"
+    "motion._heading a8c019", "motion._right_of 11970d", "motion._directions 6d5f51"
 )
 def heading(N, w):
     """Head for the target, a little to the right of one that is far."""
@@ -104,7 +104,7 @@ def heading(N, w):
     w.v = min(w.pace, far / N.tick)
 
 
-@mirrors("motion._pairs b0468b")
+@mirrors("motion._pairs 5d8f50")
 def describe_pair(N, walkers, pair):
     """Describe neighbours: where they are from each other, who yields."""
     one = walkers[pair.i]
@@ -131,7 +131,11 @@ def push_weight(N, s):
 
 
 @mirrors(
-    "motion._heed_neighbours ac6e7e", "motion._sums 6679bf", "motion._along 1862a8"
+    "motion._heed_neighbours 485f08",
+    "motion._turn_away 0a764a",
+    "motion._keep_gap c0d882",
+    "motion._sums 6679bf",
+    "motion._along 1862a8",
 )
 def heed_neighbours(N, walkers, n, pairs, count):
     """Turn away from neighbours, and slow down to keep the gap ahead."""
@@ -298,7 +302,7 @@ def push(N, obstacles, walkers, n, pairs, count):
         )
 
 
-@mirrors("motion._not_into_each_other 6216da", "motion.Pairs.off 3cc630")
+@mirrors("motion._not_into_each_other a025cd", "motion.Pairs.off 3cc630")
 def not_into_each_other(N, walkers, n, pairs, count, shuffling):
     """Of two who would overlap, keep in place the one that yields; if need be, both.
 
