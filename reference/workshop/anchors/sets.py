@@ -38,7 +38,7 @@ from reference.workshop.strategies.observed import (
 )
 from reference.world import Flames
 
-MATES_READ = 3
+MATES_READ = 7
 """[C5, chosen] of a robot's own floor, the nearest: as many as generated ones have."""
 RIMS_NUMBERED = 4  # [C5, chosen] rims of a floor that are told apart by their number
 SLACK = 1.0  # [C5, chosen] metres of detour at which flames are half on the way

@@ -56,7 +56,7 @@ class Family:
     heights: Bounds = (10, 40)
     floors: Bounds = (1, 4)
     people: Bounds = (10, 120)
-    robots_per_floor: Bounds = (1, 4)
+    robots_per_floor: Bounds = (1, 8)
 
     def about(self) -> str:
         """Say in some words which buildings these are."""
