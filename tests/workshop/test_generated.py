@@ -77,6 +77,12 @@ def test_a_new_building_is_one_that_everybody_can_leave(seeds, size):
         assert_is_sound(seed, *size, floors_of(seed))
 
 
+@pytest.mark.paper("A2")
+def test_no_strip_without_a_cell_parts_a_floor():
+    """Stairs in the same part of a floor may begin a cell further than others."""
+    assert_is_sound(9001, 26, 29, 4)
+
+
 sides = st.integers(6, 70)
 
 

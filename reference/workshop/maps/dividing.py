@@ -207,10 +207,15 @@ def _without_blocks(box: Box, blocks: Sequence[Box]) -> list[Box]:
     for block in blocks:
         if block.gap(box) < 0:
             (top, left), (bottom, right) = block.low, block.high
-            middle = box.part(0, max(top, box.low[0]), min(bottom, box.high[0]))
+            (north, _), (south, _) = box.low, box.high
+            # where no cell is left between two walls, what is beside the block goes on
+            # to the far one: else nothing would join it to what lies behind
+            first = top if top > north + 1 else north
+            last = bottom if bottom < south - 1 else south
+            middle = box.part(0, first, last)
             parts = [
-                box.part(0, box.low[0], top),
-                box.part(0, bottom, box.high[0]),
+                box.part(0, north, top),
+                box.part(0, bottom, south),
                 middle.part(1, box.low[1], left),
                 middle.part(1, right, box.high[1]),
             ]
