@@ -60,8 +60,8 @@ class Layout:
         self.low = np.concatenate(lows, dtype=np.float32)
         self.high = np.concatenate(highs, dtype=np.float32)
 
-    def read(self, vectors: np.ndarray, name: str) -> np.ndarray:
-        """A block of vectors (..., V) as a view, (..., rows, width)."""
+    def block_of(self, vectors: np.ndarray, name: str) -> np.ndarray:
+        """View a block of vectors (..., V), to read or to fill: (..., rows, width)."""
         block = self.blocks[name]
         shape = *vectors.shape[:-1], block.rows, len(block.low)
         return vectors[..., block.start : block.stop].reshape(shape)
@@ -177,7 +177,7 @@ def _write(
     }
     vectors = np.empty((*humans.shape[:2], layout.size), dtype=np.float32)
     for name, rows in blocks.items():
-        layout.read(vectors, name)[:] = rows
+        layout.block_of(vectors, name)[:] = rows
     return vectors
 
 

@@ -187,11 +187,12 @@ class Learner(ppo.Learner):
 
     make_critic = GroupCritic
 
-    def values(self, t: Trajectory, ends: list[int]) -> tuple[Tensor, Tensor, Tensor]:
+    def evaluate(self, t: Trajectory, ends: list[int]) -> tuple[Tensor, Tensor, Tensor]:
         """Compute the group's value for each agent, its baseline, and what follows."""
-        return *self._values(decisions_of(t)), self.next_values(t, ends)
+        values, baselines = self.values_and_baselines(decisions_of(t))
+        return values, baselines, self.next_values(t, ends)
 
-    def _values(self, decisions: Decisions) -> tuple[Tensor, Tensor]:
+    def values_and_baselines(self, decisions: Decisions) -> tuple[Tensor, Tensor]:
         """Compute the group's value for each agent, and its baseline: (T, G) each."""
         values, baselines = self.critic.with_baselines(
             decisions.vectors, decisions.grids, decisions.alive, decisions.actions
@@ -226,7 +227,7 @@ class Learner(ppo.Learner):
     ) -> tuple[Tensor, dict[str, Tensor]]:
         """0.5·value + 0.25·baseline, live agents [E1] [E3, poca/optimizer_torch.py]."""
         live = batch.alive
-        values, baselines = self._values(batch)
+        values, baselines = self.values_and_baselines(batch)
         value = value_loss(values[live], batch.returns[live])
         baseline = baseline_loss(
             baselines[live], batch.baselines[live], batch.returns[live], epsilon

@@ -140,7 +140,7 @@ class Learner:
         """Add whole episodes: normalise, value them, count their steps."""
         self.update_normalisers(trajectories)
         for t in trajectories:
-            self.buffer.append(self.valued(t))
+            self.buffer.append(self.with_targets(t))
             self.steps += t.steps
 
     @property
@@ -157,7 +157,7 @@ class Learner:
                     module.update(torch.from_numpy(t.vectors[:-1][t.alive[:-1]]))
 
     @torch.no_grad()
-    def valued(self, t: Trajectory) -> Decisions:
+    def with_targets(self, t: Trajectory) -> Decisions:
         """Compute a trajectory's values, advantages and returns."""
         decisions = decisions_of(t)
         rewards = torch.from_numpy(t.rewards).float() * self.reward_scale
@@ -165,7 +165,7 @@ class Learner:
 
         # values
         ends = sorted({stop - 1 for _, stop, _ in spans})
-        decisions.values, decisions.baselines, following = self.values(t, ends)
+        decisions.values, decisions.baselines, following = self.evaluate(t, ends)
         next_values = torch.zeros_like(decisions.values)
         next_values[ends] = following
 
@@ -182,7 +182,7 @@ class Learner:
             decisions.returns[span, agents] = R
         return decisions
 
-    def values(self, t: Trajectory, ends: list[int]) -> tuple[Tensor, Tensor, Tensor]:
+    def evaluate(self, t: Trajectory, ends: list[int]) -> tuple[Tensor, Tensor, Tensor]:
         """Compute values and baselines (T, G), and values after the decisions `ends`.
 
         PPO's baselines are 0. After `ends`: (len(ends), G), 0 for agents that are done,

@@ -74,7 +74,7 @@ def read(sim, vector):
     """The blocks of a vector by name."""
     layout = observations.vector_layout(sim.building, sim.scenario)
     return SimpleNamespace(
-        **{name: layout.read(vector, name) for name in layout.blocks}
+        **{name: layout.block_of(vector, name) for name in layout.blocks}
     )
 
 

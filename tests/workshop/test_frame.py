@@ -102,10 +102,10 @@ def test_what_moves_together_looks_the_same_to_a_robot():
     frame = frame_of(sim)
     layout = vector_layout(sim.building, sim.scenario)
     (vectors,) = frame.observe([sim.world])
-    layout.read(vectors, "fires")[:] = (3.0, 1.0, 0.0)
+    layout.block_of(vectors, "fires")[:] = (3.0, 1.0, 0.0)
     moved = vectors.copy()
     for part in ("humans", "robots", "fires"):
-        layout.read(moved, part)[..., 0] += 2
+        layout.block_of(moved, part)[..., 0] += 2
     nowhere = np.full((2, 2), np.nan)
     one = frame.numbers(vectors, nowhere)
     other = frame.numbers(moved, nowhere)

@@ -118,7 +118,7 @@ def test_the_order_of_people_robots_and_sources_means_nothing(block):
     codec = codec_of(sim)
     moment = moment_of(sim)
     mixed = moment.vectors.copy()
-    rows = codec.layout.read(mixed, block)
+    rows = codec.layout.block_of(mixed, block)
     rows[:] = rows[:, ::-1].copy()
     assert not np.array_equal(mixed, moment.vectors)
     one, other = (

@@ -160,10 +160,10 @@ def test_who_is_out_or_dead_changes_nothing():
     moment = moment_of(sim)
     vectors = np.zeros((2, wide.layout.size), dtype=np.float32)
     for name, block in codec.layout.blocks.items():
-        to = wide.layout.read(vectors, name)
+        to = wide.layout.block_of(vectors, name)
         if block.rows > 1 and name != "fires_per_floor":
             to[:] = (0, 0, -1)
-        to[:, : block.rows] = codec.layout.read(moment.vectors, name)
+        to[:, : block.rows] = codec.layout.block_of(moment.vectors, name)
     same, _ = networks(wide)
     same.load_state_dict(actor.state_dict())
     found = says(wide, replace(moment, vectors=vectors), same)
@@ -184,7 +184,7 @@ def test_a_robot_reads_of_its_own_floor_the_three_nearest_mates(robots):
         mates = numbers(codec, seen)["mates"]
         beside = mates[..., 4] == 1
         there = mates[..., -1] == 1
-        points = codec.layout.read(moment.vectors, "robots")
+        points = codec.layout.block_of(moment.vectors, "robots")
         off = points[:, 1:, :2] - points[:, :1, :2]
         metres = np.hypot(off[..., 0], off[..., 1])
         same = points[:, 1:, 2] == points[:, :1, 2]
@@ -207,7 +207,7 @@ def test_the_order_of_people_mates_and_fires_means_nothing(block):
     actor, critic = networks(codec)
     moment = moment_of(sim)
     mixed = moment.vectors.copy()
-    rows = codec.layout.read(mixed, block)
+    rows = codec.layout.block_of(mixed, block)
     first = 1 if block == "robots" else 0
     rows[:, first:] = rows[:, first:][:, ::-1].copy()
     assert not np.array_equal(mixed, moment.vectors)
@@ -379,7 +379,7 @@ def test_a_crop_is_the_grid_around_a_robot():
     whole = grid(sim.world)
     building = sim.building
     floors = building.floors
-    own = codec_of(sim).layout.read(moment_of(sim).vectors, "robots")[:, 0]
+    own = codec_of(sim).layout.block_of(moment_of(sim).vectors, "robots")[:, 0]
     found = crops(whole[None], building, own[None]).reshape(len(own), 3, CROP, CROP)
     left, _, _, top = building.body
     half = CROP // 2

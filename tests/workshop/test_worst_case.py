@@ -135,9 +135,9 @@ def test_errors_shift_points_that_are_observed_and_nothing_else():
     before = fire_vectors([sim.world], layout)
     off = fire_vectors([with_errors(sim.world, 2.0, rng)], layout) - before
     for name in layout.blocks:
-        rows = layout.read(off[0, 0], name)
+        rows = layout.block_of(off[0, 0], name)
         if name in ("humans", "robots", "fires"):
-            there = layout.read(before[0, 0], name)[:, 2] >= 0
+            there = layout.block_of(before[0, 0], name)[:, 2] >= 0
             assert 1 < np.abs(rows[there, :2]).max() <= 2 and not rows[:, 2].any()
             rows = rows[~there]
         assert not rows.any()

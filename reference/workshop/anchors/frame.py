@@ -134,7 +134,7 @@ class RobotView:
         self.map = known_map_of(codec.building)
         self.masks = masks
         blocks = codec.layout.blocks
-        self.seen = {name: codec.layout.read(vectors, name) for name in blocks}
+        self.seen = {name: codec.layout.block_of(vectors, name) for name in blocks}
         # Metres in float64, as the simulation has them.
         parts = [self.seen[name] for name in ("humans", "robots", "fires")]
         self.points = np.concatenate(parts, axis=1, dtype=np.float64)

@@ -155,9 +155,9 @@ class FireView:
         self.burning = burning
         blocks = ("humans", "robots", "fires")
         # Metres in float64, as the simulation has them.
-        points = [codec.layout.read(vector, name).astype(float) for name in blocks]
+        points = [codec.layout.block_of(vector, name).astype(float) for name in blocks]
         self.people, self.robots, self.sources = points
-        self.time = float(codec.layout.read(vector, "time")[0, 0])
+        self.time = float(codec.layout.block_of(vector, "time")[0, 0])
         self._find_people()
         self._find_free()
         self._find_anchors()

@@ -202,7 +202,7 @@ class RobotsFrame(PolicyCodec):
         return ((metres - self._own(vectors)) / UNIT).astype(np.float32)
 
     def _own(self, vectors: np.ndarray) -> np.ndarray:
-        return self.layout.read(vectors, "robots")[..., 0, :2].astype(np.float64)
+        return self.layout.block_of(vectors, "robots")[..., 0, :2].astype(np.float64)
 
     def off_anchors(self, raw: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """(N,) metres from raw actions (N, 2) to the nearest anchor that is allowed.
@@ -267,7 +267,7 @@ class RobotsSets(RobotsFrame):
     def grids(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, 3 G, CROP, CROP) uint8: what is around each robot."""
         vectors = np.stack([moment.vectors for moment in moments])
-        own = self.layout.read(vectors, "robots")[:, :, 0]
+        own = self.layout.block_of(vectors, "robots")[:, :, 0]
         return crops(super().grids(moments), self.building, own)
 
 
@@ -301,7 +301,9 @@ class MixtureOfFire(PolicyCodec):
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, 1, V) float32: anchors, which may be chosen, what the paper's reads."""
         vectors = np.stack([moment.vectors for moment in moments])
-        sources = self.layout.read(vectors, "fires")[..., None, :, :]  # (S, 1, 1, F, 3)
+        sources = self.layout.block_of(vectors, "fires")[
+            ..., None, :, :
+        ]  # (S, 1, 1, F, 3)
         off = self.anchors[:, None, 1:] * UNIT - sources[..., :2]
         near = lengths(off) < LIT
         lit = (near & (sources[..., 2] == self.anchors[:, None, 0])).any(axis=-1)

@@ -70,12 +70,12 @@ def _page(
     """
     building = world.building
     cells = grid(world)
-    robots = layout.read(vector, "robots")
+    robots = layout.block_of(vector, "robots")
     points = {
-        "human": layout.read(vector, "humans"),
+        "human": layout.block_of(vector, "humans"),
         "robot": robots[observers:],
         "the observer": robots[:observers],
-        "fire source": layout.read(vector, "fires"),
+        "fire source": layout.block_of(vector, "fires"),
     }
     points = {name: spots for name, spots in points.items() if len(spots)}
 
