@@ -2,9 +2,10 @@
 
     python tutorials/experiments/any_map.py
     python tutorials/experiments/any_map.py out/any/checkpoint-000100.pt --out out/mine
+    python tutorials/experiments/any_map.py --most-robots 8 --out out/many
 
 Held out are thirty generated buildings, drawn from seeds that no training takes, with
-people and robots by lot, and five that ship.  In each play nobody, `sweep`, `escort`
+people and robots by lot, up to four on a floor, and five that ship.  In each play nobody, `sweep`, `escort`
 and those who learned, under three fires, on the same evacuations.  A building is the
 unit: intervals are over buildings.  It takes some fifteen minutes of one core.
 
@@ -47,8 +48,8 @@ class Place(NamedTuple):
     robots_per_floor: int
 
 
-def generated_places(folder, number, first):
-    """Draw buildings, people and robots by lot, from the ranges of trainings."""
+def generated_places(folder, number, first, most_robots):
+    """Draw buildings and people by lot, from the ranges of trainings, and robots."""
     make_folder(folder)
     family = Family()
     for seed in range(first, first + number):
@@ -58,7 +59,7 @@ def generated_places(folder, number, first):
             family.heights,
             family.floors,
             family.people,
-            family.robots_per_floor,
+            (1, most_robots),
         )
         drawn = [int(rng.integers(low, high, endpoint=True)) for low, high in ranges]
         *size, people, robots = drawn
@@ -121,11 +122,15 @@ def main():
     parser.add_argument(
         "--first", type=int, default=FIRST_SEED, help="seed"
     )
+    parser.add_argument(
+        "--most-robots", type=whole(1), default=4, help="of a floor, in generated ones"
+    )
     parser.add_argument("--episodes", type=whole(1), default=20)
     parser.add_argument("--workers", type=whole(0), default=2)
     options = parser.parse_args()
 
-    places = [*generated_places(options.out, options.buildings, options.first)]
+    drawn = (options.buildings, options.first, options.most_robots)
+    places = [*generated_places(options.out, *drawn)]
     places += [Place(name, 12 if name == "tiny" else 40, 2) for name in SHIPPED]
     robots = ("none", *GUIDES, options.robots)
     found = {}
