@@ -5,9 +5,10 @@
     python tutorials/experiments/any_map.py --most-robots 8 --out out/many
 
 Held out are thirty generated buildings, drawn from seeds that no training takes, with
-people and robots by lot, up to four on a floor, and five that ship.  In each play nobody, `sweep`, `escort`
-and those who learned, under three fires, on the same evacuations.  A building is the
-unit: intervals are over buildings.  It takes some fifteen minutes of one core.
+people and robots by lot, up to four on a floor, and five that ship.  In each play
+nobody, `sweep`, `escort` and those who learned, under three fires, on the same
+evacuations.  A building is the unit: intervals are over buildings.  It takes some
+fifteen minutes of one core.
 
 Said before looking, of each fire and over all buildings: not more than 2 points below
 whichever of `sweep` and `escort` saves more on average, and three quarters of what that
@@ -37,6 +38,7 @@ GUIDES = ("sweep", "escort")
 FIRES = ("none", "random", "busiest")
 SHIPPED = ("museum", "school", "tower", "maze", "tiny")
 FIRST_SEED = 5000  # of generated buildings, and of evacuations
+MOST_ROBOTS = 4  # of a floor of a generated building
 GAINS = 8.0  # points that a guide has to be worth, to ask for a share of them
 
 
@@ -48,7 +50,7 @@ class Place(NamedTuple):
     robots_per_floor: int
 
 
-def generated_places(folder, number, first, most_robots):
+def generated_places(folder, number, first, most_robots=MOST_ROBOTS):
     """Draw buildings and people by lot, from the ranges of trainings, and robots."""
     make_folder(folder)
     family = Family()
@@ -123,7 +125,7 @@ def main():
         "--first", type=int, default=FIRST_SEED, help="seed"
     )
     parser.add_argument(
-        "--most-robots", type=whole(1), default=4, help="of a floor, in generated ones"
+        "--most-robots", type=whole(1), default=MOST_ROBOTS, help="of a floor"
     )
     parser.add_argument("--episodes", type=whole(1), default=20)
     parser.add_argument("--workers", type=whole(0), default=2)
