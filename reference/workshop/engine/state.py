@@ -144,13 +144,30 @@ SIZES = (
     "people", "floors", "rows", "cols", "floor_size", "places", "top", "left", "half",
     "side", "clear_reach", "clear_side", "landmarks",
 )  # fmt: skip
-# where each part of a memory begins, and for how much there is room
-MEMORY = ("seen_from", "patches", "been", "trail", "most_been", "most_trail")
+
+
+class MemoryLayout(NamedTuple):
+    """Where the parts of a memory are in its row, after `doors`, which come first."""
+
+    seen_from: int  # the columns where parts begin
+    patches: int
+    been: int
+    trail: int
+    most_been: int  # places for which there is room
+    most_trail: int  # doors of a way back for which there is room
+
+    @property
+    def begins(self) -> tuple[int, ...]:
+        """The columns where parts begin."""
+        return self.seen_from, self.patches, self.been, self.trail
+
+
 WHOLE = {
     "MOST_FOLLOWERS", "RECONSIDER_TICKS", "PUSH_ROUNDS", "decision_ticks",
-    "flame_ticks", "most_sources", "fire_first", "fire_every", *SIZES, *MEMORY,
+    "flame_ticks", "most_sources", "fire_first", "fire_every", *SIZES,
+    *MemoryLayout._fields,
 }  # fmt: skip
-NAMES = (*OF_PAPER, *OF_RUN, *SIZES, *MEMORY)
+NAMES = (*OF_PAPER, *OF_RUN, *SIZES, *MemoryLayout._fields)
 NUMBERS = record_kind(**{name: "i8" if name in WHOLE else "f8" for name in NAMES})
 from_paper = itemgetter(*OF_PAPER)
 MADE_FROM = ("STAIRS_SPEED", "FIRE_EVERY_DECISIONS")  # numbers of runs, further on
@@ -374,6 +391,14 @@ class RunArrays:
         patches = 2 * marks
         been = patches + self.tables.patches
         trail = been + most_been
+        self._memory = MemoryLayout(
+            seen_from=marks,
+            patches=patches,
+            been=been,
+            trail=trail,
+            most_been=most_been,
+            most_trail=most_trail,
+        )
         wide = np.zeros((len(old), trail + 2 * most_trail), np.int32)
         if old.size:
             numbers = self.state.numbers[0]
@@ -381,7 +406,6 @@ class RunArrays:
             steps = old[:, numbers["trail"] :]
             wide[:, trail : trail + steps.shape[1]] = steps
         self.state = self.state._replace(memory=wide)
-        self._memory = (marks, patches, been, trail, most_been, most_trail)
         self._settings = ()
         self._read_numbers()
 
@@ -465,7 +489,7 @@ class RunArrays:
         self.tables = tables
         some = np.zeros(tables.side**2 + 1, np.int32)
         self.state = self.state._replace(some=some, memory=self.state.memory[:, :0])
-        self._lay_out_memory(*self._memory[4:])
+        self._lay_out_memory(self._memory.most_been, self._memory.most_trail)
 
     def _take_bodies(self, bodies: Bodies) -> None:
         """Make the book's arrays columns of the records."""
@@ -502,14 +526,13 @@ class RunArrays:
             self.asked_for_minds = True
         been = max((len(mind.been) for mind in self._minds), default=0)
         trail = max((len(mind.trail) for mind in self._minds), default=0)
-        while been + 1 > self._memory[4] or trail + 1 > self._memory[5]:
+        while been >= self._memory.most_been or trail >= self._memory.most_trail:
             self.make_room()
         state = self.state
-        seen_from, patches, *_ = self._memory
         records = [_record_of(mind) for mind in self._minds]
         state.minds[:] = np.array(records, MIND)
         state.memory[:] = 0
-        state.memory[:, seen_from:patches] = NOWHERE
+        state.memory[:, self._memory.seen_from : self._memory.patches] = NOWHERE
         for i, mind in enumerate(self._minds):
             if mind.been or mind.doors or mind.seen_from or mind.patches or mind.trail:
                 self._take_memory(state.memory[i], mind)
@@ -526,14 +549,14 @@ class RunArrays:
         return True
 
     def _take_memory(self, row: np.ndarray, mind: Mind) -> None:
-        seen_from, patches, been, trail, *_ = self._memory
+        at = self._memory
         row[list(mind.doors)] = 1
         for mark, room in mind.seen_from.items():
-            row[seen_from + mark] = room
+            row[at.seen_from + mark] = room
         # the first column of patches is NOWHERE, which may be among them
-        row[np.array(list(mind.patches), int) + (patches + 1)] = 1
-        row[been : been + len(mind.been)] = list(mind.been)
-        row[trail : trail + 2 * len(mind.trail)] = np.ravel(mind.trail)
+        row[np.array(list(mind.patches), int) + (at.patches + 1)] = 1
+        row[at.been : at.been + len(mind.been)] = list(mind.been)
+        row[at.trail : at.trail + 2 * len(mind.trail)] = np.ravel(mind.trail)
         self.tables.need(mind.been)
 
     def _take_robots(self) -> None:
@@ -643,7 +666,7 @@ class RunArrays:
     def written_minds(self, minds: list[Mind]) -> list[Mind]:
         """Write the records into minds; into new ones where there are none."""
         minds.extend(Mind() for _ in range(len(minds), len(self.state.minds)))
-        rows = np.split(self.state.memory, self._memory[:4], axis=1)
+        rows = np.split(self.state.memory, self._memory.begins, axis=1)
         each = zip(minds, self.state.minds.tolist(), *rows, strict=True)
         for mind, mine, doors, seen_from, patches, been, trail in each:
             mind.mode = Mode(mine[0])
