@@ -165,12 +165,16 @@ def evacuate(arguments: Namespace) -> None:
         print_note(f"in {arguments.record}: {line}")
 
 
+FIGURE_TITLES = {"mean_health": "mean health of those out"}
+"""What the table calls figures, where it is not by their names."""
+
+
 def _table_of(told: Sequence[Facts]) -> str:
     """Write every figure but the single runs, a column for each pair."""
     rows = []
     for name in told[0]:
         if name != "runs":
-            words = name.replace("health", "health_of_those_out").replace("_", " ")
+            words = FIGURE_TITLES.get(name, name).replace("_", " ")
             rows.append([words, *(of_pair[name] for of_pair in told)])
     return format_table(rows, "<" + ">" * len(told))
 

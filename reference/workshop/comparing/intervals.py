@@ -8,6 +8,7 @@ their runs of the same seeds, so that what the runs share cancels.
 """
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -102,14 +103,20 @@ def _means(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if not n:
         raise InputError("an interval needs at least one value. Run something first.")
 
-    # How often each sample has each row
+    deviations = rows - rows[0]
+    means = _counts(n) @ deviations / n
+    return rows[0] + deviations.mean(axis=0), rows[0] + means
+
+
+@lru_cache(maxsize=1)  # all figures of a match, one by one, have the same samples
+def _counts(n: int) -> np.ndarray:
+    """Draw B samples of n rows; count how often each has each row, (B, n)."""
     drawn = np.random.default_rng(0).integers(n, size=(RESAMPLES, n))
     sample = np.arange(RESAMPLES)[:, None]
     counts = np.bincount((drawn + n * sample).ravel(), minlength=RESAMPLES * n)
-
-    deviations = rows - rows[0]
-    means = counts.reshape(RESAMPLES, n) @ deviations / n
-    return rows[0] + deviations.mean(axis=0), rows[0] + means
+    counts = counts.reshape(RESAMPLES, n)
+    counts.flags.writeable = False
+    return counts
 
 
 def _interval(whole: np.ndarray, drawn: np.ndarray) -> Interval:

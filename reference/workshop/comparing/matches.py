@@ -10,7 +10,6 @@ import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -134,30 +133,40 @@ class Evaluation:
         Raises as `strategy_named` does, and InputError for a network or code whose file
         is another one than at the beginning.
         """
-
-        here = self.arena.drawn, self.arena.scenario
-
-        def made(word: str, side: Side) -> Any:
-            file = self.files.get(word, word)
-            player = strategy_of(strategy_named(file, side, self.sample), side, *here)
-            refuse_changed(self.digests, {word: meaning_of(file, *here)})
-            return player
-
-        kept = cache(made)
-
-        def player(word: str, side: Side) -> Any:
-            if is_code(word):  # it may remember something elsewhere than in itself
-                return made(word, side)
-            return deepcopy(kept(word, side))
-
+        building = self.arena.drawn
+        kept: dict[tuple[str, Side], Any] = {}
         for robots, fire, seed in runs:
             yield set_up_match(
-                *here,
-                robots=player(robots, "robots"),
-                fire=player(fire, "fire"),
+                building,
+                self.arena.scenario,
+                robots=self._player(robots, "robots", building, kept),
+                fire=self._player(fire, "fire", building, kept),
                 seed=seed,
                 errors=self.errors,
             )
+
+    def _player(
+        self,
+        word: str,
+        side: Side,
+        building: Building,
+        kept: dict[tuple[str, Side], Any],
+    ) -> Any:
+        """Make who plays a side by a word, or a copy of the one that was kept."""
+        if is_code(word):  # it may remember something elsewhere than in itself
+            return self._made(word, side, building)
+        if (word, side) not in kept:
+            kept[word, side] = self._made(word, side, building)
+        return deepcopy(kept[word, side])
+
+    def _made(self, word: str, side: Side, building: Building) -> Any:
+        """Make who plays a side by a word; refuse files that are not as at first."""
+        scenario = self.arena.scenario
+        file = self.files.get(word, word)
+        named = strategy_named(file, side, self.sample)
+        player = strategy_of(named, side, building, scenario)
+        refuse_changed(self.digests, {word: meaning_of(file, building, scenario)})
+        return player
 
     @property
     def titles(self) -> dict[str, str]:
@@ -220,14 +229,14 @@ def begin_evaluation(
     _refuse_misfits(learned, arena)
 
     begun = Evaluation(
-        arena,
-        _without_repeats(robots),
-        _without_repeats(fires),
-        seed,
-        episodes,
-        sample,
-        files,
-        errors,
+        arena=arena,
+        robots=_without_repeats(robots),
+        fires=_without_repeats(fires),
+        seed=seed,
+        episodes=episodes,
+        sample=sample,
+        files=files,
+        errors=errors,
     )
     return with_digests(begun)
 

@@ -35,12 +35,22 @@ PLAYERS: dict[Side, Mapping[str, Callable[[], Any]]] = {
     **SCRIPTS,
     "fire": {**SCRIPTS["fire"], WORST: WorstCase},
 }
+
+
+def _descriptions(side: Side, do: str) -> dict[str, str]:
+    """Describe who can play a side, by word; do: the verb of what has no docstring."""
+    scripts = {word: first_line(player) for word, player in PLAYERS[side].items()}
+    return {
+        **scripts,
+        LEARNED: f"{do} what ships: {LEARNED_WHERE}.",
+        FILE: f"{do} what a network has learned: a checkpoint, or a training's folder.",
+        CODE: f"{do} what your code decides, imported from the current folder.",
+    }
+
+
 DESCRIPTIONS: dict[Side, dict[str, str]] = {
-    side: {word: first_line(player) for word, player in players.items()}
-    | {LEARNED: f"{do} what ships: {LEARNED_WHERE}."}
-    | {FILE: f"{do} what a network has learned: a checkpoint, or a training's folder."}
-    | {CODE: f"{do} what your code decides, imported from the current folder."}
-    for (side, players), do in zip(PLAYERS.items(), ("Do", "Does"), strict=True)
+    "robots": _descriptions("robots", "Do"),
+    "fire": _descriptions("fire", "Does"),
 }
 """All words a user may write, and what they do: docstrings' first lines."""
 

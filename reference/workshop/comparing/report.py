@@ -33,6 +33,15 @@ INTERVALS_NOTE = (
 )
 
 
+def column_of(run: RunResult) -> str:
+    """Name the column of a run: its fire, or the fires of an arm."""
+    if run.fire in (*FIXED_FIRES, WORST) or is_code(run.fire):
+        return run.fire
+    if run.fire == run.robots:
+        return OWN_FIRE
+    return f"{arm_of(run.fire)}'s fires"
+
+
 class Results:
     """Tests by row (an arm, or robots written by hand) and column (a kind of fire)."""
 
@@ -40,12 +49,8 @@ class Results:
         self.experiment = experiment
         self.runs: dict[tuple[str, str], list[RunResult]] = {}
         for run in results:
-            column = run.fire
-            if column not in (*FIXED_FIRES, WORST) and not is_code(column):
-                column = (
-                    OWN_FIRE if column == run.robots else f"{arm_of(column)}'s fires"
-                )
-            self.runs.setdefault((arm_of(run.robots), column), []).append(run)
+            cell = (arm_of(run.robots), column_of(run))
+            self.runs.setdefault(cell, []).append(run)
         columns = dict.fromkeys(column for _, column in self.runs)
         # own last
         self.columns = sorted(columns, key=lambda column: column == OWN_FIRE)

@@ -29,6 +29,13 @@ HEALTHS = ListedColormap(STEPS, name="health")
 """Dark at death, bright in full health, for every eye; few steps keep films small."""
 
 OVER_FLAMES = 3.8  # where names of rooms are drawn, below all that moves
+ALONE_WIDE = 11  # inches of a page with one evacuation
+MORE_WIDE = 2  # inches that each further one adds
+MOST_HIGH = 5.2  # inches of floors
+FLOORS_WIDE = 0.85  # of an evacuation's share of the page
+BELOW = 3.5  # inches of the page for headings, curves and legends
+LETTERS_PER_INCH = 6.8  # of a title; others are half as wide
+POINTS_PER_INCH = 72
 TRAIL_SECONDS = 10
 TRAIL = f"walked in {TRAIL_SECONDS} s"
 INK = "#16191d"
@@ -111,15 +118,15 @@ class Scene:
         cells_down, cells_across = building.kind.shape[1:]
         down = rows * cells_down
         across = columns * cells_across
-        width = 9 + 2 * count
-        high = min(5.2, 0.85 * width / count * down / across)
-        letters = int(6.8 * width / count)  # of a title; others are half as wide
+        width = ALONE_WIDE - MORE_WIDE + MORE_WIDE * count
+        high = min(MOST_HIGH, FLOORS_WIDE * width / count * down / across)
+        letters = int(LETTERS_PER_INCH * width / count)
 
-        self.figure = page.Picture((width, high + 3.5), layout="constrained")
+        self.figure = page.Picture((width, high + BELOW), layout="constrained")
         look: Style = {"height_ratios": (high, 1), "squeeze": False}
         pairs = self.figure.subplots(2, count, **look).T
         for (axes, curve), heading in zip(pairs, headings, strict=True):
-            moves = paint_floors(axes, building, 72 * high / down)
+            moves = paint_floors(axes, building, POINTS_PER_INCH * high / down)
             _write_heading(axes, heading or building.title, letters)
             curve.set(xlim=(0, paper.health_seconds()), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")

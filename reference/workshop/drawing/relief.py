@@ -28,6 +28,8 @@ TURN = np.radians(28)  # of the view, from south
 TILT = np.radians(34)  # of the view, above the flat
 SLAB = 0.6  # metres of ceiling below a floor
 GAP = 4.0  # metres of page between two storeys, the lower one's walls included
+ROWS_IN_A_FLIGHT = 5  # rows of stairs, from one foot to the next
+STEP_RISE = 0.25  # metres that a row of stairs is higher than the one before
 WINDOW = np.array((12, 15))  # rows and columns that a close-up shows
 LARGEST_NAME = 7.0  # points, of a room's
 _LINK: Style = {"color": COLOURS[Kind.ENTRANCE], "lw": 1.4, "ls": (0, (4, 3))}
@@ -164,7 +166,7 @@ def add_boxes(axes: Axes, kind: np.ndarray, look: Look, up: float = 0.0) -> None
     """Paint (rows, cols) cells as boxes, back to front; up: metres on the page."""
     # Heights of all cells, with a rim around them.
     top = np.array([look.heights.get(each, 0.0) for each in Kind])[kind]
-    steps = np.arange(len(kind), 0, -1)[:, None] % 5 * 0.25
+    steps = np.arange(len(kind), 0, -1)[:, None] % ROWS_IN_A_FLIGHT * STEP_RISE
     heights = np.where(kind == Kind.STAIRS, steps, top)
     around = np.pad(heights, 1, constant_values=-SLAB)
 

@@ -13,7 +13,7 @@ from dataclasses import fields
 from math import isfinite
 from operator import itemgetter
 from sys import getrefcount
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, cast, get_type_hints
 from weakref import ref
 
 import numpy as np
@@ -51,11 +51,31 @@ BODY = record_kind(
 )  # fmt: skip
 COLUMNS = tuple(part.name for part in fields(Bodies))
 POINTS = {"position": "x", "target": "target_x", "goal": "goal_x", "anchor": "anchor_x"}
+
+
+class MindRecord(NamedTuple):
+    """A mind without its memory, as a record; been and trail: how many there are."""
+
+    mode: int
+    leader: int
+    seen_at: float
+    seen_place: int
+    told: int
+    pause_until: float
+    waits_until: float
+    aim: int
+    which: int
+    place: int
+    facing_x: float
+    facing_y: float
+    been: int
+    trail: int
+
+
+OF_KIND = {int: "i8", float: "f8"}
 MIND = record_kind(
-    mode="i8", leader="i8", seen_at="f8", seen_place="i8", told="i8", pause_until="f8",
-    waits_until="f8", aim="i8", which="i8", place="i8", facing_x="f8", facing_y="f8",
-    been="i8", trail="i8",
-)  # fmt: skip
+    **{name: OF_KIND[kind] for name, kind in get_type_hints(MindRecord).items()}
+)
 ROBOT = record_kind(
     x="f8", y="f8", place="i8", body="i8", floor="i8", says="i8", at="i8", end="i8",
     active="i8", to_x="f8", to_y="f8", decided="i8",
@@ -144,13 +164,30 @@ SIZES = (
     "people", "floors", "rows", "cols", "floor_size", "places", "top", "left", "half",
     "side", "clear_reach", "clear_side", "landmarks",
 )  # fmt: skip
-# where each part of a memory begins, and for how much there is room
-MEMORY = ("seen_from", "patches", "been", "trail", "most_been", "most_trail")
+
+
+class MemoryLayout(NamedTuple):
+    """Where the parts of a memory are in its row, after `doors`, which come first."""
+
+    seen_from: int  # the columns where parts begin
+    patches: int
+    been: int
+    trail: int
+    most_been: int  # places for which there is room
+    most_trail: int  # doors of a way back for which there is room
+
+    @property
+    def begins(self) -> tuple[int, ...]:
+        """The columns where parts begin."""
+        return self.seen_from, self.patches, self.been, self.trail
+
+
 WHOLE = {
     "MOST_FOLLOWERS", "RECONSIDER_TICKS", "PUSH_ROUNDS", "decision_ticks",
-    "flame_ticks", "most_sources", "fire_first", "fire_every", *SIZES, *MEMORY,
+    "flame_ticks", "most_sources", "fire_first", "fire_every", *SIZES,
+    *MemoryLayout._fields,
 }  # fmt: skip
-NAMES = (*OF_PAPER, *OF_RUN, *SIZES, *MEMORY)
+NAMES = (*OF_PAPER, *OF_RUN, *SIZES, *MemoryLayout._fields)
 NUMBERS = record_kind(**{name: "i8" if name in WHOLE else "f8" for name in NAMES})
 from_paper = itemgetter(*OF_PAPER)
 MADE_FROM = ("STAIRS_SPEED", "FIRE_EVERY_DECISIONS")  # numbers of runs, further on
@@ -286,7 +323,7 @@ class RunArrays:
         self._bodies: dict[str, np.ndarray] = {}
         self._held: dict[str, np.ndarray] = {}  # columns that somebody has from before
         self._flames: dict[str, np.ndarray] = {}
-        self._settings: tuple[float, ...] = ()
+        self._settings: tuple[Any, ...] = ()
 
         n = len(run.world.bodies)
         marks = len(run.building.landmarks)
@@ -374,6 +411,14 @@ class RunArrays:
         patches = 2 * marks
         been = patches + self.tables.patches
         trail = been + most_been
+        self._memory = MemoryLayout(
+            seen_from=marks,
+            patches=patches,
+            been=been,
+            trail=trail,
+            most_been=most_been,
+            most_trail=most_trail,
+        )
         wide = np.zeros((len(old), trail + 2 * most_trail), np.int32)
         if old.size:
             numbers = self.state.numbers[0]
@@ -381,7 +426,6 @@ class RunArrays:
             steps = old[:, numbers["trail"] :]
             wide[:, trail : trail + steps.shape[1]] = steps
         self.state = self.state._replace(memory=wide)
-        self._memory = (marks, patches, been, trail, most_been, most_trail)
         self._settings = ()
         self._read_numbers()
 
@@ -394,40 +438,45 @@ class RunArrays:
     def _read_numbers(self) -> None:
         """Read the numbers again, if any has changed: compiled functions keep none."""
         run = self.run
-        settings = (
-            *from_paper(vars(paper)),
-            paper.body_diameter(),
-            paper.stairs_metres(),
-            paper.HEALTH_RATE * run.scenario.frames_per_tick,
-            run.tick,
-            run.scenario.time_limit,
-            run.sight.reach,
-            run.spread.burn_seconds,
-            run.decision_ticks,
-            run._flame_ticks,
-            run.scenario.sources,
-            paper.FIRE_FIRST_DECISION,
-            paper.FIRE_EVERY_DECISIONS,
-        )
+        of_paper = from_paper(vars(paper))
+        of_run = {
+            "body_diameter": paper.body_diameter(),
+            "stairs_metres": paper.stairs_metres(),
+            "health_rate": paper.HEALTH_RATE * run.scenario.frames_per_tick,
+            "tick": run.tick,
+            "time_limit": run.scenario.time_limit,
+            "reach": run.sight.reach,
+            "burn_seconds": run.spread.burn_seconds,
+            "decision_ticks": run.decision_ticks,
+            "flame_ticks": run._flame_ticks,
+            "most_sources": run.scenario.sources,
+            "fire_first": paper.FIRE_FIRST_DECISION,
+            "fire_every": paper.FIRE_EVERY_DECISIONS,
+        }
+        settings = (of_paper, of_run)
         if settings == self._settings:
             return
         self._settings = settings
         nav = self.tables.navigation
-        sizes = (
-            len(self.state.bodies),
-            nav.floors,
-            nav.rows,
-            nav.cols,
-            nav.floor_size,
-            nav.places,
-            *run.building.origin,
-            self.tables.half,
-            self.tables.side,
-            nav.clear.reach,
-            nav.clear.side,
-            len(run.building.landmarks),
-        )
-        numbers = np.array([(*settings, *sizes, *self._memory)], NUMBERS)
+        top, left = run.building.origin
+        sizes = {
+            "people": len(self.state.bodies),
+            "floors": nav.floors,
+            "rows": nav.rows,
+            "cols": nav.cols,
+            "floor_size": nav.floor_size,
+            "places": nav.places,
+            "top": top,
+            "left": left,
+            "half": self.tables.half,
+            "side": self.tables.side,
+            "clear_reach": nav.clear.reach,
+            "clear_side": nav.clear.side,
+            "landmarks": len(run.building.landmarks),
+        }
+        values = dict(zip(OF_PAPER, of_paper, strict=True))
+        values |= of_run | sizes | self._memory._asdict()
+        numbers = np.array([tuple(values[name] for name in NAMES)], NUMBERS)
         self.state = self.state._replace(numbers=numbers)
 
     # -- From the book --------------------------------------------------------------
@@ -465,7 +514,7 @@ class RunArrays:
         self.tables = tables
         some = np.zeros(tables.side**2 + 1, np.int32)
         self.state = self.state._replace(some=some, memory=self.state.memory[:, :0])
-        self._lay_out_memory(*self._memory[4:])
+        self._lay_out_memory(self._memory.most_been, self._memory.most_trail)
 
     def _take_bodies(self, bodies: Bodies) -> None:
         """Make the book's arrays columns of the records."""
@@ -502,14 +551,12 @@ class RunArrays:
             self.asked_for_minds = True
         been = max((len(mind.been) for mind in self._minds), default=0)
         trail = max((len(mind.trail) for mind in self._minds), default=0)
-        while been + 1 > self._memory[4] or trail + 1 > self._memory[5]:
+        while been >= self._memory.most_been or trail >= self._memory.most_trail:
             self.make_room()
         state = self.state
-        seen_from, patches, *_ = self._memory
-        records = [_record_of(mind) for mind in self._minds]
-        state.minds[:] = np.array(records, MIND)
+        _write_records(self._minds, state.minds)
         state.memory[:] = 0
-        state.memory[:, seen_from:patches] = NOWHERE
+        state.memory[:, self._memory.seen_from : self._memory.patches] = NOWHERE
         for i, mind in enumerate(self._minds):
             if mind.been or mind.doors or mind.seen_from or mind.patches or mind.trail:
                 self._take_memory(state.memory[i], mind)
@@ -526,14 +573,14 @@ class RunArrays:
         return True
 
     def _take_memory(self, row: np.ndarray, mind: Mind) -> None:
-        seen_from, patches, been, trail, *_ = self._memory
+        at = self._memory
         row[list(mind.doors)] = 1
         for mark, room in mind.seen_from.items():
-            row[seen_from + mark] = room
+            row[at.seen_from + mark] = room
         # the first column of patches is NOWHERE, which may be among them
-        row[np.array(list(mind.patches), int) + (patches + 1)] = 1
-        row[been : been + len(mind.been)] = list(mind.been)
-        row[trail : trail + 2 * len(mind.trail)] = np.ravel(mind.trail)
+        row[np.array(list(mind.patches), int) + (at.patches + 1)] = 1
+        row[at.been : at.been + len(mind.been)] = list(mind.been)
+        row[at.trail : at.trail + 2 * len(mind.trail)] = np.ravel(mind.trail)
         self.tables.need(mind.been)
 
     def _take_robots(self) -> None:
@@ -643,41 +690,45 @@ class RunArrays:
     def written_minds(self, minds: list[Mind]) -> list[Mind]:
         """Write the records into minds; into new ones where there are none."""
         minds.extend(Mind() for _ in range(len(minds), len(self.state.minds)))
-        rows = np.split(self.state.memory, self._memory[:4], axis=1)
-        each = zip(minds, self.state.minds.tolist(), *rows, strict=True)
+        rows = np.split(self.state.memory, self._memory.begins, axis=1)
+        records = map(MindRecord._make, self.state.minds.tolist())
+        each = zip(minds, records, *rows, strict=True)
         for mind, mine, doors, seen_from, patches, been, trail in each:
-            mind.mode = Mode(mine[0])
-            mind.leader, mind.seen_at, mind.seen_place = mine[1:4]
-            mind.told = None if mine[4] == NOT_TOLD else mine[4]
-            mind.pause_until, mind.waits_until = mine[5:7]
-            mind.goal = Goal(Aim(mine[7]), mine[8], mine[9])
-            mind.facing = mine[10], mine[11]
+            mind.mode = Mode(mine.mode)
+            mind.leader = mine.leader
+            mind.seen_at = mine.seen_at
+            mind.seen_place = mine.seen_place
+            mind.told = None if mine.told == NOT_TOLD else mine.told
+            mind.pause_until = mine.pause_until
+            mind.waits_until = mine.waits_until
+            mind.goal = Goal(Aim(mine.aim), mine.which, mine.place)
+            mind.facing = (mine.facing_x, mine.facing_y)
             mind.doors = set(np.flatnonzero(doors).tolist())
             known = np.flatnonzero(seen_from != NOWHERE).tolist()
             mind.seen_from = {mark: int(seen_from[mark]) for mark in known}
             mind.patches = set((np.flatnonzero(patches) - 1).tolist())
-            mind.been = dict.fromkeys(been[: mine[12]].tolist())
-            steps = trail[: 2 * mine[13]].tolist()
+            mind.been = dict.fromkeys(been[: mine.been].tolist())
+            steps = trail[: 2 * mine.trail].tolist()
             mind.trail = [
                 Passed(*both) for both in zip(steps[::2], steps[1::2], strict=True)
             ]
         return minds
 
 
-def _record_of(mind: Mind) -> tuple[Any, ...]:
-    """A mind without its memory, as a record MIND."""
-    return (
-        mind.mode,
-        mind.leader,
-        mind.seen_at,
-        mind.seen_place,
-        NOT_TOLD if mind.told is None else mind.told,
-        mind.pause_until,
-        mind.waits_until,
-        mind.goal.aim,
-        mind.goal.which,
-        mind.goal.place,
-        *mind.facing,
-        len(mind.been),
-        len(mind.trail),
-    )
+def _write_records(minds: Sequence[Mind], records: np.ndarray) -> None:
+    """Write minds without their memory into records MIND, column by column."""
+    told = [mind.told for mind in minds]
+    records["mode"] = [mind.mode for mind in minds]
+    records["leader"] = [mind.leader for mind in minds]
+    records["seen_at"] = [mind.seen_at for mind in minds]
+    records["seen_place"] = [mind.seen_place for mind in minds]
+    records["told"] = [NOT_TOLD if mark is None else mark for mark in told]
+    records["pause_until"] = [mind.pause_until for mind in minds]
+    records["waits_until"] = [mind.waits_until for mind in minds]
+    records["aim"] = [mind.goal.aim for mind in minds]
+    records["which"] = [mind.goal.which for mind in minds]
+    records["place"] = [mind.goal.place for mind in minds]
+    records["facing_x"] = [mind.facing[0] for mind in minds]
+    records["facing_y"] = [mind.facing[1] for mind in minds]
+    records["been"] = [len(mind.been) for mind in minds]
+    records["trail"] = [len(mind.trail) for mind in minds]

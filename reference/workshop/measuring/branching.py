@@ -359,11 +359,15 @@ def worth_of(
     if found.best is None:
         return Worth(found.choices)
     own, best = saved(branches(run, robot, [None, found.best], decisions, measure))
+    believed, believed_error = mean_and_error(found.more)
+    gain, gain_error = mean_and_error(best - own)
     return Worth(
-        found.choices,
-        found.best,
-        *mean_and_error(found.more),
-        *mean_and_error(best - own),
+        choices=found.choices,
+        best=found.best,
+        believed=believed,
+        believed_error=believed_error,
+        gain=gain,
+        gain_error=gain_error,
     )
 
 

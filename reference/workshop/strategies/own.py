@@ -26,7 +26,7 @@ one, of a module imported anew, with those that it imports from its folder:
 import ast
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout, suppress
 from copy import deepcopy
 from importlib import import_module
@@ -49,7 +49,7 @@ from reference.workshop.storage.runs import digests_of_code
 from reference.workshop.storage.workers import is_being_stopped
 from reference.workshop.strategies.trained import Trained
 from reference.workshop.strategies.untouched import untouched
-from reference.world import World
+from reference.world import Robot, World
 
 CODE = "MODULE:NAME"
 """How the help names code."""
@@ -59,6 +59,8 @@ ANSWERS = {
     "robots": "a list with (x, y) in metres, or None, for each of the robots at work",
     "fire": "(floor, x, y), 0 for the lowest floor, in metres, or None",
 }
+UNREADABLE = (TypeError, ValueError, OverflowError)
+"""What is raised where an answer is read that is no decision."""
 
 
 def is_code(word: str) -> bool:
@@ -169,6 +171,13 @@ class CheckedStrategy:
 
     def decide(self, world: World, *asked: Any) -> Any:
         """Decide as it does. Raises InputError for what is no decision of its side."""
+        answer = self._answer(world, *asked)
+        if self.side == "robots":
+            return self._destinations(answer, asked[0])
+        return self._fire(answer, world.building.floors)
+
+    def _answer(self, world: World, *asked: Any) -> Any:
+        """Ask the strategy. Raises InputError where it changes the world."""
         # lists are its own to change
         given = [list(one) if isinstance(one, list) else one for one in asked]
         with _own_code(self.word, "decide"), untouched(world, self.word):
@@ -183,36 +192,44 @@ class CheckedStrategy:
                     raise RuntimeError(told) from error
                 error.add_note(told)
                 raise
-        if self.side == "fire" and answer is None:
+        return answer
+
+    def _destinations(
+        self, answer: Any, robots: Sequence[Robot]
+    ) -> list[tuple[float, float] | None]:
+        """Read a place in metres, or None, for each of the robots."""
+        try:
+            points = list(answer)
+            _refuse_words(*points)
+            each = zip(robots, points, strict=True)
+            return [None if point is None else metres(*point) for _, point in each]
+        except UNREADABLE:
+            wanted = f"it should be {ANSWERS['robots']}, {len(robots)} now"
+            raise self._refusal(answer, wanted) from None
+
+    def _fire(self, answer: Any, floors: int) -> tuple[int, float, float] | None:
+        """Read a floor and a place on it in metres, or None."""
+        if answer is None:
             return None
         try:
-            if self.side == "robots":
-                points = list(answer)
-                _refuse_words(*points)
-                each = zip(asked[0], points, strict=True)  # one for each of the robots
-                return [None if point is None else metres(*point) for _, point in each]
             floor, x, y = answer
             _refuse_words(answer, floor)
-            decision = int(floor), *metres(x, y)
-            if decision[0] != floor:
+            number = int(floor)
+            point = metres(x, y)
+            if number != floor:
                 raise ValueError
-        except (TypeError, ValueError, OverflowError):
-            count = f", {len(asked[0])} now" if self.side == "robots" else ""
-            raise InputError(
-                f"{self.word}: decide returned {_in_a_line(answer)}; it should be "
-                f"{ANSWERS[self.side]}{count}."
-            ) from None
-        last = world.building.floors - 1
-        if not 0 <= decision[0] <= last:
-            there = (
-                f"are floors 0 to {last}, the lowest first"
-                if last
-                else "is floor 0 only"
-            )
-            raise InputError(
-                f"{self.word}: decide returned {_in_a_line(answer)}; there {there}."
-            )
-        return decision
+        except UNREADABLE:
+            wanted = f"it should be {ANSWERS['fire']}"
+            raise self._refusal(answer, wanted) from None
+        last = floors - 1
+        if not 0 <= number <= last:
+            several = f"there are floors 0 to {last}, the lowest first"
+            raise self._refusal(answer, several if last else "there is floor 0 only")
+        return number, *point
+
+    def _refusal(self, answer: Any, why: str) -> InputError:
+        """Word the error for an answer that is no decision."""
+        return InputError(f"{self.word}: decide returned {_in_a_line(answer)}; {why}.")
 
 
 class CheckedPolicy(CheckedStrategy):

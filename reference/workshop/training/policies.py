@@ -7,6 +7,8 @@ learned. What ships as `learned` is one of each.
 
 import sys
 from copy import copy
+from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -22,16 +24,19 @@ from reference.workshop.maps import load
 from reference.workshop.storage.files import errors_naming
 from reference.workshop.storage.runs import other_numbers
 from reference.workshop.storage.workers import one_thread
-from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SCRIPTS
+from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SCRIPTS, SHIPPED
 from reference.workshop.strategies.trained import Trained, TrainedFire, TrainedRobots
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     CheckpointError,
     load_checkpoint,
     must_fit,
+    newest_checkpoint,
 )
 from reference.workshop.training.families import HEADS_OF_SEVERAL
 from reference.world import World
+
+CHECKPOINTS_KEPT = 4  # files of checkpoints that were read last
 
 
 class LearnedPolicy(Trained):
@@ -49,9 +54,7 @@ class LearnedPolicy(Trained):
         Raises CheckpointError for a file that is no checkpoint, or one in which this
         side was not learned; OSError for a file that cannot be read.
         """
-        checkpoint = (
-            source if isinstance(source, Checkpoint) else load_checkpoint(source)
-        )
+        checkpoint = source if isinstance(source, Checkpoint) else _read(source)
         self.task = checkpoint.task
         family = self.task.family
         self.name = "paper" if family else self.task.building
@@ -113,6 +116,31 @@ class LearnedPolicy(Trained):
         with one_thread():  # as when it was trained: sums in one order
             (rows,), _ = self.player.act([moment])
         return [decision_in(row) for row in rows]
+
+
+def _read(source: str | Path) -> Checkpoint:
+    """Read a checkpoint; one whose file is as when it was read last is kept.
+
+    Raises as `load_checkpoint` does.
+    """
+    path = SHIPPED if source == LEARNED else Path(source)
+    if path.is_dir():
+        path = newest_checkpoint(path) or path
+    if not path.is_file():
+        return load_checkpoint(source)  # which says why
+    file = path.stat()
+    return _players_in(source, path.resolve(), file.st_mtime_ns, file.st_size)
+
+
+@lru_cache(maxsize=CHECKPOINTS_KEPT)
+def _players_in(source: str | Path, path: Path, mtime_ns: int, size: int) -> Checkpoint:
+    """Read a checkpoint without what only its training needs; nobody writes into it.
+
+    path, mtime_ns, size: of the file; another one is read anew
+    """
+    whole = load_checkpoint(source)
+    actors = {side: {"actor": state["actor"]} for side, state in whole.learners.items()}
+    return replace(whole, learners=actors, progress={})
 
 
 class LearnedRobots(LearnedPolicy, TrainedRobots):

@@ -143,41 +143,62 @@ class Training:
     def jobs(self) -> list[Job]:
         """Make the round's jobs; seeds follow from the run's and the round's number.
 
-        Before the first round, robots that imitate ask their teacher. There a fire on
-        an occupied place is moved, as in evaluation [D6, chosen]: one that the teacher
-        guards against would else try the same place for ever.
+        Before the first round, robots that imitate ask their teacher.
         """
-        settings = self.settings
-        task = self.task
-        scenario = replace(settings.scenario, training=self.imitated)
         players: dict[Side, Any] = {}
         for side, learner in self.learners.items():
             players[side] = player_of(learner)
-
         if self.imitated:
-            episodes = settings.jobs_per_round * settings.episodes_per_job
-            seeds = seeds_of(task.seed, ROUNDS, self.round, episodes)
-        else:
-            asked = len(self.shown)
-            episodes = settings.imitation_episodes
-            seeds = seeds_of(task.seed, DEMONSTRATIONS, asked, episodes)
-            weights = players["robots"].weights if asked else {}
-            teacher = str(task.imitate)
-            players["robots"] = Demonstration(settings.robots, weights, teacher)
+            return self._jobs_to_learn(players)
+        return self._jobs_to_imitate(players)
 
+    def _jobs_to_learn(self, players: dict[Side, Any]) -> list[Job]:
+        """Make the jobs of a round in which all sides play as they have learned."""
+        settings = self.settings
+        episodes = settings.jobs_per_round * settings.episodes_per_job
+        seeds = seeds_of(self.task.seed, ROUNDS, self.round, episodes)
+        jobs = self._jobs_with(players, seeds)
+        return self._in_family(jobs, ROUNDS, self.round * settings.jobs_per_round)
+
+    def _jobs_to_imitate(self, players: dict[Side, Any]) -> list[Job]:
+        """Make the jobs of a round of copying: robots ask their teacher.
+
+        There a fire on an occupied place is moved, as in evaluation [D6, chosen]: one
+        that the teacher guards against would else try the same place for ever.
+        """
+        settings = self.settings
+        asked = len(self.shown)
+        episodes = settings.imitation_episodes
+        seeds = seeds_of(self.task.seed, DEMONSTRATIONS, asked, episodes)
+        weights = players["robots"].weights if asked else {}
+        teacher = str(self.task.imitate)
+        players["robots"] = Demonstration(settings.robots, weights, teacher)
+        jobs = self._jobs_with(players, seeds)
+        return self._in_family(jobs, DEMONSTRATIONS, asked * len(jobs))
+
+    def _jobs_with(self, players: dict[Side, Any], seeds: Sequence[int]) -> list[Job]:
+        """Share seeds among jobs, in each of which others may stand in for players."""
+        settings = self.settings
+        scenario = replace(settings.scenario, training=self.imitated)
+        first = self.round * settings.jobs_per_round
         jobs: list[Job] = []
         shares = chunks(seeds, settings.episodes_per_job)
-        first = self.round * settings.jobs_per_round
         for number, chunk in enumerate(shares, first):
             others = self._others(number)
             sides: Any = players | others
             record = tuple(side for side in players if side not in others)
-            jobs.append(Job(task.plan, scenario, **sides, seeds=chunk, record=record))
+            plan = self.task.plan
+            jobs.append(Job(plan, scenario, **sides, seeds=chunk, record=record))
+        return jobs
+
+    def _in_family(self, jobs: list[Job], phase: int, before: int) -> list[Job]:
+        """Give each job a building of the family, if there is one.
+
+        before: jobs of this phase in earlier rounds
+        """
+        task = self.task
         if task.family is None:
             return jobs
-
-        phase = ROUNDS if self.imitated else DEMONSTRATIONS
-        before = first if self.imitated else len(self.shown) * len(jobs)
         return [
             job_in(task.family, task.seed, phase, number, job)
             for number, job in enumerate(jobs, before)
