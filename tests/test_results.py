@@ -10,6 +10,7 @@ import re
 from csv import DictReader
 from itertools import product
 
+import numpy as np
 import pytest
 from conftest import ROOT
 
@@ -293,6 +294,47 @@ WORTH_FIRES = ("random", "closer", "busiest", "fixed", "learned")
 def two_decimals(number: float) -> str:
     """With a true minus sign, and none at 0."""
     return f"{number:.2f}".replace("-0.00", "0.00").replace("-", "−")
+
+
+def lines_of_any_map(name: str) -> list[str]:
+    """Means over buildings, what `learned` lacks, and its share of what is gained."""
+    kept = ROOT / "tutorials" / "tables" / f"{name}.json"
+    buildings = json.loads(kept.read_text("utf-8")).values()
+    saved = {
+        (who, fire): np.array([means[f"{who} {fire}"] for means in buildings])
+        for who, fire in product(("none", *GUIDES_ANYWHERE), ("none", *FIRES_ANYWHERE))
+    }
+    fires = ("none", *FIRES_ANYWHERE)
+    lines = []
+    for who in ("none", *GUIDES_ANYWHERE):
+        words = {"none": "nobody", "learned": "`learned`, any map"}.get(who, f"`{who}`")
+        lines.append(row(words, [f"{saved[who, fire].mean():.1f}" for fire in fires]))
+
+    less = []
+    shares = []
+    for fire in fires:
+        found = interval_of_mean(saved["learned", fire] - saved["escort", fire])
+        ends = f"[{signed(found.low)}, {signed(found.high)}]"
+        less.append(f"{signed(found.mean)} {ends}")
+        gain_there = saved["escort", fire] - saved["none", fire]
+        worth = gain_there >= 8
+        own = saved["learned", fire] - saved["none", fire]
+        share = 100 * own[worth].sum() / gain_there[worth].sum()
+        shares.append(f"{share:.0f} % in {worth.sum()}")
+    shares[0] += " buildings"
+    lines.append(row("less `escort`", less))
+    lines.append(row("share of its gain where it gains 8 points", shares))
+    return lines
+
+
+GUIDES_ANYWHERE = ("sweep", "escort", "learned")
+FIRES_ANYWHERE = ("random", "busiest")
+
+
+@pytest.mark.parametrize("name", ["any_map", "any_map_many_robots"])
+def test_what_is_saved_in_any_map_is_told_as_kept(name):
+    """By robots and fire, over all buildings."""
+    assert {*lines_of_any_map(name)} < {*RESULTS.splitlines()}
 
 
 def test_what_decisions_are_worth_is_told_as_kept():
