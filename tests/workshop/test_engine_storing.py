@@ -3,12 +3,14 @@
 import os
 import time
 from contextlib import suppress
+from threading import Event, Thread
 
 import pytest
 
 pytest.importorskip("numba")
 
 import numba
+from filelock import FileLock
 from trainings import room_for
 
 from reference.workshop.engine import mirrors, storing
@@ -161,3 +163,25 @@ def test_other_constants_and_settings_are_kept_in_another_folder(home, monkeypat
     monkeypatch.setenv("NUMBA_CACHE_DIR", "anywhere")
     folders.add(storing.folder_of_this_code())
     assert len(folders) == 3
+
+
+def test_who_waits_for_another_process_is_told(tmp_path, monkeypatch):
+    """Once, and not at once: one that only loads has done so by then."""
+    monkeypatch.setattr(storing, "PATIENCE", 0.1)
+    told = []
+    with storing._alone_in(tmp_path, told.append):
+        assert told == []
+
+    begun = Event()
+
+    def hold():
+        with FileLock(tmp_path / "compiling.lock"):
+            begun.set()
+            time.sleep(1)
+
+    other = Thread(target=hold)
+    other.start()
+    begun.wait()
+    with storing._alone_in(tmp_path, told.append):
+        assert told == ["another process is compiling the engine: waiting for it"]
+    other.join()

@@ -17,7 +17,7 @@ from time import time
 from typing import Any
 
 import numba
-from filelock import FileLock
+from filelock import FileLock, Timeout
 from numba.core import event
 from numba.core.registry import cpu_target
 
@@ -26,6 +26,7 @@ from reference.workshop.storage.workers import stop_delayed
 
 ENGINE = Path(__file__).parent
 CONFIG: Any = numba.config
+PATIENCE = 3.0  # seconds until one is told for what one waits; loading takes one
 UNUSED_DAYS = 7  # until what another version has compiled is removed
 HALF_WRITTEN = "*/*.tmp.*"  # by numba
 SETTINGS = "NUMBA_"  # begins the names of variables that change what numba makes
@@ -46,7 +47,7 @@ def make_ready(
     kept = f"once; kept in {folder}" if there else f"as {folder} cannot be written"
     text = f"compiling the engine, half a minute or more, {kept}"
     if there:
-        with _alone_in(folder):
+        with _alone_in(folder, say):
             _keep_entries_in(folder)
             if _load(first_call, folder):
                 return
@@ -168,11 +169,17 @@ def _keep_entries_in(folder: Path | None) -> None:
 
 
 @contextmanager
-def _alone_in(folder: Path) -> Iterator[None]:
+def _alone_in(folder: Path, say: Callable[[str], None]) -> Iterator[None]:
     """Let others wait meanwhile, who then load what is compiled here."""
     with ExitStack() as stack:
         with suppress(OSError, NotImplementedError):  # a disk that knows no locks
-            stack.enter_context(FileLock(folder / "compiling.lock"))
+            lock = FileLock(folder / "compiling.lock")
+            try:
+                lock.acquire(timeout=PATIENCE)
+            except Timeout:
+                say("another process is compiling the engine: waiting for it")
+                lock.acquire()
+            stack.callback(lock.release)
         yield
 
 
