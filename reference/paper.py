@@ -255,7 +255,11 @@ def refuse_words(
     And for a seed that is no whole number of 0 or more.
     """
     given = {"building": building, "scenario": scenario, "robots": robots, "fire": fire}
-    examples = {"building": "load({})", "robots": "Sweep()", "fire": "RandomFire()"}
+    examples = {
+        "building": "load({})",
+        "robots": "Sweep() of reference.workshop.strategies.guides",
+        "fire": "RandomFire() of reference.fire",
+    }
     for name, value in given.items():
         if isinstance(value, type):
             how = f"{value.__name__}()"
