@@ -128,9 +128,22 @@ def _outer_wall(building: Building, floor: Floor) -> Iterator[Mistake]:
     hole = room & ndimage.binary_dilation(outside & ~gap)  # told once, at the gap
     no_exit = not building.exits and floor.index == 0
     for cells in connected_parts(gap) + connected_parts(hole):
+        here = cells - 1  # without the rim
+        if _letters_in(floor, here) >= MOST_LETTERS:
+            yield floor.mistake("hole-name", here[0])
+            continue
         sign = "E" if no_exit and _fits_exit(signs, cells) else "#"
         kind = "hole-exit" if sign == "E" else "hole"
-        yield floor.mistake(kind, cells[0] - 1, edits=floor.typed(sign, cells - 1))
+        yield floor.mistake(kind, here[0], edits=floor.typed(sign, here))
+
+
+MOST_LETTERS = 3  # in a hole: so much of a name is no wall that was forgotten
+
+
+def _letters_in(floor: Floor, cells: np.ndarray) -> int:
+    """Count the letters of rooms' names that are drawn in these cells."""
+    drawn = [floor.rows[row].code[column : column + 1] for row, column in cells]
+    return sum(sign.islower() for sign in drawn)
 
 
 WIDEST_EXIT = 6  # metres of a hole that may have been meant as one
