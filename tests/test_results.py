@@ -296,6 +296,43 @@ def two_decimals(number: float) -> str:
     return f"{number:.2f}".replace("-0.00", "0.00").replace("-", "−")
 
 
+LADDER = json.loads((ROOT / "tutorials/tables/ladder.json").read_text("utf-8"))
+RUNGS = {
+    "recipe": "the recipe",
+    "gamma": "γ 0.9",
+    "learning_rate": "learning rate 1e-4",
+    "buffer": "buffer 20,480, batch 1,024",
+    "network": "3 layers of 256",
+    "beta": "β 0.005, constant",
+    "spread_1": "σ 1 m instead of 0.4",
+    "spread_2": "σ 2 m",
+    "spread_3": "σ 3 m",
+    "no_commitment": "no commitment",
+    "no_masks": "no masks",
+    "floor": "one Gaussian of the whole floor",
+    "printed": "all as printed",
+    "untrained": "nothing learned (rate 1e-12)",
+    "none": "nobody",
+}
+
+
+@pytest.mark.parametrize("arm", RUNGS)
+def test_a_rung_of_the_ladder_is_told_as_kept(arm):
+    """Survivors, and how many less than by the recipe, under both fires."""
+    cells = []
+    for fire in ("none", "random"):
+        (share,) = (
+            cell["survival"]["mean"]
+            for cell in LADDER["cells"]
+            if (cell["robots"], cell["fire"]) == (arm, fire)
+        )
+        pair = re.escape(f"`{arm}` less `recipe` under {fire}: ")
+        less = re.search(rf"{pair}(\S+ \[\S+, \S+\])", LADDER["answer"])
+        cells += [f"{100 * share:.1f}", less[1].replace("-", "−") if less else ""]
+    begins = row(RUNGS[arm], cells).replace("|  |", "| |")
+    assert any(line.startswith(begins) for line in RESULTS.splitlines()), begins
+
+
 def lines_of_any_map(name: str) -> list[str]:
     """Means over buildings, what `learned` lacks, and its share of what is gained."""
     kept = ROOT / "tutorials" / "tables" / f"{name}.json"
