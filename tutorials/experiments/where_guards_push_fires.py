@@ -19,7 +19,7 @@ from matplotlib.colors import Normalize
 from matplotlib.patches import Rectangle
 
 from reference import Scenario, Simulation, load
-from reference.fire import decision_at
+from reference.fire import decision_at, lightable
 from reference.navigation import navigation_of
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
@@ -31,7 +31,6 @@ from reference.workshop.storage.workers import one_thread, workers
 from reference.workshop.strategies.fires import CloserFire, exits_first
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import Observer
-from reference.workshop.strategies.observed import lightable
 
 BUILDING = "paper"
 SECOND = 1  # the number of the source that both fires light at the second way out
@@ -79,7 +78,7 @@ def cells_at_second_way():
     building = load(BUILDING)
     ways = [way for way in exits_first(building) if way.leads_out]
     metres = navigation_of(building).distance_to(ways[SECOND].index)
-    metres = np.where(lightable(building), metres, np.inf)
+    metres = np.where(lightable(building).ravel(), metres, np.inf)
     return metres.argsort(kind="stable")[:CELLS].tolist()
 
 
