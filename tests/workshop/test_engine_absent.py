@@ -70,6 +70,24 @@ def test_numba_may_be_switched_off():
     assert "numba is not there (NUMBA_DISABLE_JIT is set): the book plays" in err
 
 
+def test_a_numba_without_an_option_that_the_engine_needs_is_as_good_as_none():
+    """The option is numba's own: a later version may have none."""
+    pytest.importorskip("numba")
+    words = [*MATCH.split(), "--workers", "0"]
+    program = (
+        "from numba.core.cpu import CPUTargetOptions\n"
+        "for kind in CPUTargetOptions.__mro__:\n"
+        "    if '_nrt' in vars(kind):\n"
+        "        del kind._nrt\n"
+        "from reference.__main__ import main\n"
+        f"raise SystemExit(main({words!r}))"
+    )
+    process = python("-c", program, stdout=PIPE, stderr=PIPE)
+    _, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    assert "has no option _nrt): the book plays" in err
+
+
 @pytest.fixture
 def book_alone(monkeypatch):
     """A function: from here on the engine stands aside."""

@@ -173,10 +173,10 @@ def test_who_is_out_or_dead_changes_nothing():
 
 
 @pytest.mark.paper("C5", "chosen")
-@pytest.mark.parametrize("robots", [2, 4, 8])
-def test_a_robot_reads_of_its_own_floor_the_three_nearest_mates(robots):
+@pytest.mark.parametrize("robots", [2, 8, 11])
+def test_a_robot_reads_of_its_own_floor_the_nearest_mates(robots):
     """As many as generated buildings have, so that crowds of robots are nothing new."""
-    assert max(Family().robots_per_floor) == 1 + MATES_READ
+    assert max(Family().robots_per_floor) == 1 + MATES_READ < 11
     for sim in evacuations("museum", (0.2, 20.0), robots_per_floor=robots):
         codec = codec_of(sim)
         moment = moment_of(sim)
