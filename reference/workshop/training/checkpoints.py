@@ -155,21 +155,32 @@ def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
         write_whole(path, content)
 
 
+def checkpoint_file(path: str | Path) -> Path:
+    """Find the file that is meant; see `load_checkpoint`.
+
+    Raises CheckpointError for a folder without a checkpoint.
+    """
+    path = SHIPPED if path == LEARNED else Path(path)
+    if not path.is_dir():
+        return path
+    newest = newest_checkpoint(path)
+    if newest is None:
+        raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
+    return newest
+
+
 def load_checkpoint(path: str | Path) -> Checkpoint:
     """Read the checkpoint in a file, or the newest one in a training's folder.
 
     path: LEARNED stands for what ships. Raises CheckpointError for anything else,
     OSError for an unreadable file.
     """
-    path = SHIPPED if path == LEARNED else Path(path)
+    in_folder = path != LEARNED and Path(path).is_dir()
+    path = checkpoint_file(path)
+    older = _checkpoints_in(path.parent)[:-1] if in_folder else []
     advice = "Name another."
-    if path.is_dir():
-        found = _checkpoints_in(path)
-        if not found:
-            raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
-        path = found.pop()
-        if found:
-            advice = f"Delete it, and {found[-1].name} is the newest."
+    if older:
+        advice = f"Delete it, and {older[-1].name} is the newest."
     content = _content(path, advice)
     # Before anything else is read: what follows may mean something else there.
     made = content.get("format")

@@ -24,14 +24,14 @@ from reference.workshop.maps import load
 from reference.workshop.storage.files import errors_naming
 from reference.workshop.storage.runs import other_numbers
 from reference.workshop.storage.workers import one_thread
-from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SCRIPTS, SHIPPED
+from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SCRIPTS
 from reference.workshop.strategies.trained import Trained, TrainedFire, TrainedRobots
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     CheckpointError,
+    checkpoint_file,
     load_checkpoint,
     must_fit,
-    newest_checkpoint,
 )
 from reference.workshop.training.families import HEADS_OF_SEVERAL
 from reference.world import World
@@ -123,9 +123,7 @@ def _read(source: str | Path) -> Checkpoint:
 
     Raises as `load_checkpoint` does.
     """
-    path = SHIPPED if source == LEARNED else Path(source)
-    if path.is_dir():
-        path = newest_checkpoint(path) or path
+    path = checkpoint_file(source)
     if not path.is_file():
         return load_checkpoint(source)  # which says why
     file = path.stat()
