@@ -234,9 +234,26 @@ class Building:
         for floor in range(self.floors):
             for kind, found in self._passages(floor).items():
                 for number, cells in enumerate(found, 1):
-                    name = f"{floor + 1}/{kind.name.lower()}-{number}"
-                    index = len(landmarks)
-                    mark = self._landmark(index, name, kind, floor, cells, shafts)
+                    beside = self._areas_beside(floor, cells)
+                    sides = [area.id for area in beside]
+                    if kind is Kind.EXIT:
+                        sides.append(OUTSIDE)
+                    stairs = [area.name for area in beside if area.name in shafts]
+                    down = any(shafts[letter][0].floor < floor for letter in stairs)
+                    well = -1
+                    if kind is Kind.ENTRANCE:
+                        well = list(shafts).index(stairs[0])
+                    mark = Landmark(
+                        index=len(landmarks),
+                        id=f"{floor + 1}/{kind.name.lower()}-{number}",
+                        kind=kind,
+                        floor=floor,
+                        cells=cells,
+                        position=self._middle(cells),
+                        sides=tuple(sides),
+                        stairwell=well,
+                        leads_out=kind is Kind.EXIT or down,
+                    )
                     landmarks.append(mark)
         return tuple(landmarks)
 
@@ -251,37 +268,6 @@ class Building:
             found.append(cells)
         exits = connected_parts(signs == "E")
         return {Kind.DOOR: doors, Kind.ENTRANCE: entrances, Kind.EXIT: exits}
-
-    def _landmark(
-        self,
-        index: int,
-        name: str,
-        kind: Kind,
-        floor: int,
-        cells: np.ndarray,
-        shafts: dict[str, list[Area]],
-    ) -> Landmark:
-        """Describe a passage: which areas it joins, and where it leads."""
-        beside = self._areas_beside(floor, cells)
-        sides = [area.id for area in beside]
-        if kind is Kind.EXIT:
-            sides.append(OUTSIDE)
-        stairs = [area.name for area in beside if area.name in shafts]
-        down = any(shafts[letter][0].floor < floor for letter in stairs)
-        well = -1
-        if kind is Kind.ENTRANCE:
-            well = list(shafts).index(stairs[0])
-        return Landmark(
-            index=index,
-            id=name,
-            kind=kind,
-            floor=floor,
-            cells=cells,
-            position=self._middle(cells),
-            sides=tuple(sides),
-            stairwell=well,
-            leads_out=kind is Kind.EXIT or down,
-        )
 
     def _areas_beside(self, floor: int, cells: np.ndarray) -> list[Area]:
         """The areas that share a side with any of these cells, in reading order."""

@@ -247,13 +247,8 @@ def limits() -> dict[str, Limits]:
     }
 
 
-def refuse_words(
-    building: Any, scenario: Any, robots: Any, fire: Any, seed: Any = 0
-) -> None:
-    """Raise InputError for a name, a class or a dict where an object is needed.
-
-    And for a seed that is no whole number of 0 or more.
-    """
+def refuse_no_objects(building: Any, scenario: Any, robots: Any, fire: Any) -> None:
+    """Raise InputError for a name, a class or a dict where an object is needed."""
     given = {"building": building, "scenario": scenario, "robots": robots, "fire": fire}
     examples = {
         "building": "load({})",
@@ -271,6 +266,10 @@ def refuse_words(
         raise InputError(
             f"scenario is {scenario!r:.60}: give an object, such as Scenario(people=12)"
         )
+
+
+def refuse_no_seed(seed: Any) -> None:
+    """Raise InputError for what is no whole number of 0 or more."""
     if isinstance(seed, bool) or not isinstance(seed, Integral) or seed < 0:
         raise InputError(f"seed is {seed!r:.60}: it must be a whole number, 0 or more")
 

@@ -18,7 +18,7 @@ import numpy as np
 from reference.building import Building
 from reference.fire import Decision, FireStrategy
 from reference.game import observations
-from reference.paper import InputError, Scenario, refuse_words
+from reference.paper import InputError, Scenario, refuse_no_objects
 from reference.rewards import fire_reward, group_reward
 from reference.robots import Destination, Destinations, RobotStrategy
 from reference.simulation import Simulation
@@ -125,7 +125,7 @@ class Environment:
 
         Raises InputError as `Simulation` does, and if there is nobody to act.
         """
-        refuse_words(building, scenario, robots, fire)
+        refuse_no_objects(building, scenario, robots, fire)
         self.building = building
         self.scenario = Scenario() if scenario is None else scenario
         self.layout = observations.vector_layout(building, self.scenario)
