@@ -112,8 +112,8 @@ def _make_bodies(
         stairwell=np.full(n, NOWHERE),
         stairs_until=np.full(n, inf),
         rank=rng.random(n),
-        anchor=position.copy(),
-        anchor_time=np.zeros(n),
+        headway=position.copy(),
+        headway_time=np.zeros(n),
         reckless_until=np.full(n, -inf),
     )
 

@@ -37,7 +37,7 @@ class View:
     room: int  # that one stands in, NOWHERE for none
     here: int  # door, entrance or exit that one stands in, NOWHERE for none
     rank: float  # one's own
-    halted_since: float  # s, when one's body last made headway
+    headway_time: float  # s, when one's body last made headway
     bodies: dict[int, tuple[int, float]]
     robots: dict[int, int]
 
@@ -195,7 +195,7 @@ def see(world: World, sight: Sight, i: int, around: Around) -> View:
         room=int(world.building.area.flat[place]),
         here=int(world.building.landmark.flat[place]),
         rank=float(world.bodies.rank[i]),
-        halted_since=float(world.bodies.anchor_time[i]),
+        headway_time=float(world.bodies.headway_time[i]),
         bodies=bodies,
         robots={j: world.robots[j - people].says for j in robots},
     )

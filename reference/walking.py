@@ -36,8 +36,8 @@ def targets(world: World, who: np.ndarray) -> np.ndarray:
     cells = bodies.place[who[guided]] % nav.floor_size
     target[guided] = nav.centres[nav.waypoint[marks[guided], cells]]
 
-    held_up = world.time - bodies.anchor_time[who] > paper.DETOUR_SECONDS
-    for k in np.flatnonzero(held_up).tolist():
+    delayed = world.time - bodies.headway_time[who] > paper.DETOUR_SECONDS
+    for k in np.flatnonzero(delayed).tolist():
         place = int(bodies.place[who[k]])
         if marks[k] >= 0:
             goals = nav.goals[marks[k]].tolist()
@@ -89,15 +89,15 @@ def _notice_stuck(world: World, who: np.ndarray) -> None:
     """Find who is stuck; they ignore flames for a while, then try anew [B5]."""
     bodies = world.bodies
     position = bodies.position[who]
-    moved = np.abs(position - bodies.anchor[who]).max(axis=1)
+    moved = np.abs(position - bodies.headway[who]).max(axis=1)
     left = np.abs(bodies.goal[who] - position).max(axis=1)
     arrived = (left < paper.STUCK_METRES) & (bodies.landmark[who] < 0)
-    waited = world.time - bodies.anchor_time[who] - 1e-9
+    waited = world.time - bodies.headway_time[who] - 1e-9
 
     anew = waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS
     ahead = (moved > paper.STUCK_METRES) | arrived | anew
-    bodies.anchor[who[ahead]] = position[ahead]
-    bodies.anchor_time[who[ahead]] = world.time
+    bodies.headway[who[ahead]] = position[ahead]
+    bodies.headway_time[who[ahead]] = world.time
 
     calm = bodies.reckless_until[who] < world.time - 1e-9
     halted = who[~ahead & calm & (waited > paper.STUCK_SECONDS)]
@@ -151,8 +151,8 @@ def _step_out(world: World, i: int, well: Stairwell) -> None:
             if (lengths(others - nav.centres[p]) >= paper.body_diameter()).all():
                 bodies.place[i] = p
                 bodies.position[i] = nav.centres[p]
-                bodies.anchor[i] = nav.centres[p]
-                bodies.anchor_time[i] = world.time
+                bodies.headway[i] = nav.centres[p]
+                bodies.headway_time[i] = world.time
                 bodies.stairwell[i] = NOWHERE
                 bodies.stairs_until[i] = inf
                 beyond = nav.place_beyond(p, well.areas[well.lowest])

@@ -74,8 +74,8 @@ class Bodies:
     stairwell: np.ndarray  # the one walked down, -1 when not on stairs
     stairs_until: np.ndarray  # s, when the next storey is reached; inf off the stairs
     rank: np.ndarray  # who leads whom when people meet: the higher rank [B6, chosen]
-    anchor: np.ndarray  # metres: where the body last made headway [B5]
-    anchor_time: np.ndarray  # s: when it was there
+    headway: np.ndarray  # metres: where the body last made headway [B5]
+    headway_time: np.ndarray  # s: when it was there
     reckless_until: np.ndarray  # s: until then the body ignores flames [B5]
 
     def __len__(self) -> int:

@@ -491,7 +491,7 @@ def still(world, letters):
 
 def clock(world, seconds):
     """So many seconds have passed; everybody made headway just now."""
-    world.time = world.bodies.anchor_time[:] = seconds
+    world.time = world.bodies.headway_time[:] = seconds
 
 
 def health(world, points):
@@ -606,7 +606,7 @@ def as_drawn(floors, building, scenario, rng):
         bodies.floor[i] = cell[0]
         bodies.pace[i] = WALKING_SPEED
         bodies.rank[i] = i / len(bodies)
-        for array in (bodies.position, bodies.target, bodies.goal, bodies.anchor):
+        for array in (bodies.position, bodies.target, bodies.goal, bodies.headway):
             array[i] = nav.centres[p]
     for robot, cell in zip(world.robots, found(floors, "R"), strict=True):
         robot.place = int(np.ravel_multi_index(cell, shape))

@@ -218,7 +218,7 @@ def test_whoever_the_lost_leader_was_is_let_go_of():
 def test_a_stuck_follower_without_leader_waits_before_leading():
     """Line 3 is not for the stuck; line 11 comes STUCK_WAIT_SECONDS later."""
     sim = stage("#p.......E", sight_range=9)
-    sim.world.bodies.anchor_time[:] = -paper.STUCK_SECONDS - 0.1
+    sim.world.bodies.headway_time[:] = -paper.STUCK_SECONDS - 0.1
     assert thinks(sim) == "#p.......E"
     assert thinks(sim) == "#p.......E"
     assert mode(sim) == "FOLLOWER"
@@ -417,7 +417,7 @@ def test_nobody_walks_into_flames_until_stuck():
 def test_who_has_not_got_ahead_for_long_enough_is_stuck(seconds, becomes):
     """Just below STUCK_SECONDS a follower without leader leads, just above it waits."""
     sim = stage("#p.......E")
-    sim.world.bodies.anchor_time[:] = -paper.STUCK_SECONDS - seconds
+    sim.world.bodies.headway_time[:] = -paper.STUCK_SECONDS - seconds
     assert thinks(sim) == "#p.......E"
     assert mode(sim) == becomes
 
@@ -429,7 +429,7 @@ def test_who_has_no_wish_to_move_is_not_stuck():
     after = "#####\n#.p.#\n#...E\n#####"
     assert play(sim, 2 * paper.STUCK_SECONDS) == after
     assert mode(sim) == "FOLLOWER of R1"
-    assert sim.world.time - sim.world.bodies.anchor_time[0] < paper.STUCK_SECONDS
+    assert sim.world.time - sim.world.bodies.headway_time[0] < paper.STUCK_SECONDS
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
@@ -467,7 +467,7 @@ def test_all_who_are_held_up_plan_again_from_cell_to_cell():
     sim = stage("#p....q....r....E")
     bodies = sim.world.bodies
     bodies.target[:] = sim.building.metres(1, 15)
-    bodies.anchor_time[:2] = -paper.DETOUR_SECONDS - 0.1
+    bodies.headway_time[:2] = -paper.DETOUR_SECONDS - 0.1
     found = targets(sim.world, np.arange(3))
     assert [sim.building.cell(*metres) for metres in found] == [(1, 2), (1, 7), (1, 15)]
 
@@ -1026,7 +1026,7 @@ def test_a_threshold_is_crossed_unless_it_burns_or_one_is_stuck(change):
     if change == "flames":
         light(sim, beyond)
     if change == "stuck":
-        sim.world.bodies.anchor_time[:] = sim.world.time - paper.STUCK_SECONDS - 0.1
+        sim.world.bodies.headway_time[:] = sim.world.time - paper.STUCK_SECONDS - 0.1
     assert (decide(sim, "p") == goal) is (change == "nothing")
 
 

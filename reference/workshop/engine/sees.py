@@ -180,7 +180,7 @@ def is_burnt(observe, mark):
     return False
 
 
-@mirrors("view.see 9ca2af")
+@mirrors("view.see b1ea18")
 def find_row(rows, cells, hits, lists, burnt, wanted, p):
     """The row of what is seen from p; -1: it is wanted first."""
     row = np.int64(cells[p].row)
@@ -227,7 +227,7 @@ def look(
     cell = cells[p]
     v.time = clock.time
     v.rank = me.rank
-    v.halted_since = me.anchor_time
+    v.headway_time = me.headway_time
     v.row = row
     v.place = p
     v.patch = cell.patch

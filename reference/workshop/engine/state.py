@@ -45,12 +45,17 @@ LEFT_FLOOR, EVACUATED, DIED, DOOR_BURNT = range(4)
 # what others see of a body comes first: a body is three lines of the processor's cache
 BODY = record_kind(
     x="f8", y="f8", place="i8", floor="i8", rank="f8", leader="i8", landmark="i8",
-    fate="i1", mode="i1", stairwell="i8", health="f8", pace="f8", anchor_time="f8",
-    stairs_until="f8", reckless_until="f8", anchor_x="f8", anchor_y="f8", goal_x="f8",
+    fate="i1", mode="i1", stairwell="i8", health="f8", pace="f8", headway_time="f8",
+    stairs_until="f8", reckless_until="f8", headway_x="f8", headway_y="f8", goal_x="f8",
     goal_y="f8", target_x="f8", target_y="f8",
 )  # fmt: skip
 COLUMNS = tuple(part.name for part in fields(Bodies))
-POINTS = {"position": "x", "target": "target_x", "goal": "goal_x", "anchor": "anchor_x"}
+POINTS = {
+    "position": "x",
+    "target": "target_x",
+    "goal": "goal_x",
+    "headway": "headway_x",
+}
 
 
 class MindRecord(NamedTuple):
@@ -89,7 +94,7 @@ EVENT = record_kind(
     time="f8", health="f8", kind="i8", person="i8", floor="i8", mark="i8"
 )
 VIEW = record_kind(
-    time="f8", rank="f8", halted_since="f8", row="i8", place="i8", patch="i8",
+    time="f8", rank="f8", headway_time="f8", row="i8", place="i8", patch="i8",
     room="i8", here="i8", here_burnt="i8", seen="i8", robot="i8", alight="i8",
     hits="i8", hits_end="i8", opens="i8", opens_end="i8", holes="i8", holes_end="i8",
     looked="i8", looked_end="i8",

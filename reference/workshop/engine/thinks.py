@@ -104,11 +104,11 @@ def think(N, me, mine, observe, some):
 # -- Terms that the algorithms leave open -------------------------------------------
 
 
-@mirrors("humans.stuck da5d80")
+@mirrors("humans.stuck d3a8cc")
 def stuck(N, me, observe):
     """Has this human tried to move without headway for STUCK_SECONDS? [B5, chosen]"""
     v = observe.now[0]
-    halted = v.time - v.halted_since > N.STUCK_SECONDS + 1e-9
+    halted = v.time - v.headway_time > N.STUCK_SECONDS + 1e-9
     return halted or v.time < me.waits_until
 
 

@@ -436,18 +436,18 @@ def step(N, obstacles, walkers, n, pairs, count, rng):
 # -- walking ------------------------------------------------------------------------
 
 
-@mirrors("walking.targets 39a60f")
+@mirrors("walking.targets cac0c6")
 def target(N, cells, W, after, waypoint, clock, body, w):
     """Where one walks straight at; without headway, from cell to cell [A9, chosen]."""
     p = body.place
     mark = body.landmark
     cell = p % N.floor_size
-    held_up = clock.time - body.anchor_time > N.DETOUR_SECONDS
+    delayed = clock.time - body.headway_time > N.DETOUR_SECONDS
     w.to_x = body.target_x
     w.to_y = body.target_y
     if mark >= 0:
-        at = np.int64(after[mark, cell] if held_up else waypoint[mark, cell])
-    elif held_up:
+        at = np.int64(after[mark, cell] if delayed else waypoint[mark, cell])
+    elif delayed:
         goal = place_around(N, p // N.floor_size, body.target_x, body.target_y)
         at = next_place(N, W, p, goal)
     else:
@@ -456,7 +456,7 @@ def target(N, cells, W, after, waypoint, clock, body, w):
     w.to_y = cells[at].y
 
 
-@mirrors("walking.advance 2c1718", "walking._notice_stuck 3fc8e6")
+@mirrors("walking.advance 2c1718", "walking._notice_stuck 7f427b")
 def advance(N, cells, clock, bodies, touched, w):
     """Put one where they walked to; see whether they are stuck [B5]."""
     body = bodies[w.i]
@@ -466,16 +466,16 @@ def advance(N, cells, clock, bodies, touched, w):
     body.y = w.tried_y
     body.place = place
 
-    moved = max(abs(body.x - body.anchor_x), abs(body.y - body.anchor_y))
+    moved = max(abs(body.x - body.headway_x), abs(body.y - body.headway_y))
     left = max(abs(body.goal_x - body.x), abs(body.goal_y - body.y))
     arrived = left < N.STUCK_METRES and body.landmark < 0
-    waited = clock.time - body.anchor_time - 1e-9
+    waited = clock.time - body.headway_time - 1e-9
     anew = waited > N.STUCK_SECONDS + N.RECKLESS_SECONDS
     calm = body.reckless_until < clock.time - 1e-9
     if moved > N.STUCK_METRES or arrived or anew:
-        body.anchor_x = body.x
-        body.anchor_y = body.y
-        body.anchor_time = clock.time
+        body.headway_x = body.x
+        body.headway_y = body.y
+        body.headway_time = clock.time
     elif calm and waited > N.STUCK_SECONDS:
         body.reckless_until = clock.time + N.RECKLESS_SECONDS
 
@@ -517,7 +517,7 @@ def descend(N, T, clock, S, i):
     return np.int64(-1)
 
 
-@mirrors("walking._step_out e3c5eb", "building.lengths 2a16a2")
+@mirrors("walking._step_out 6a4521", "building.lengths 2a16a2")
 def step_out(N, T, clock, S, i, well):
     """Step out into an entrance cell that nobody stands in, if there is one."""
     body = S.bodies[i]
@@ -540,9 +540,9 @@ def step_out(N, T, clock, S, i, well):
             body.place = landing.place
             body.x = centre.x
             body.y = centre.y
-            body.anchor_x = centre.x
-            body.anchor_y = centre.y
-            body.anchor_time = clock.time
+            body.headway_x = centre.x
+            body.headway_y = centre.y
+            body.headway_time = clock.time
             body.stairwell = -1
             body.stairs_until = inf
             arrive(N, S.minds[i], S.memory[i], landing.mark, landing.beyond)
