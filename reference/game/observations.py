@@ -123,18 +123,22 @@ def robot_vectors(worlds: Sequence[World], layout: Layout) -> np.ndarray:
     """
     humans, robots, work = _points(worlds)
     floor = robots[0, :, 2]
-    mates = np.equal.outer(floor, floor)  # on one floor
-
-    # each robot's own order: of robots itself, its mates, then those elsewhere
     nearest = _nearest_first(robots, humans, worlds[0].building.floors)
-    rank = np.where(mates, 1, 2)
-    np.fill_diagonal(rank, 0)
-    me_first = np.argsort(rank, axis=1, kind="stable")
-
     robots[~work] = paper.ABSENT_POINT
-    team = (mates & work[:, None]).sum(axis=2)
+    team = (np.equal.outer(floor, floor) & work[:, None]).sum(axis=2)
     each = np.arange(len(worlds))[:, None, None]
-    return _write(worlds, layout, humans[each, nearest], robots[:, me_first], team)
+    ordered = robots[:, me_first(floor)]
+    return _write(worlds, layout, humans[each, nearest], ordered, team)
+
+
+def me_first(floor: np.ndarray) -> np.ndarray:
+    """(R, R) robots in each one's own order: itself, its mates, those elsewhere [C1].
+
+    floor: (R,) of each; mates are on one floor
+    """
+    rank = np.where(np.equal.outer(floor, floor), 1, 2)
+    np.fill_diagonal(rank, 0)
+    return np.argsort(rank, axis=1, kind="stable")
 
 
 def fire_vectors(worlds: Sequence[World], layout: Layout) -> np.ndarray:

@@ -264,3 +264,27 @@ def test_the_nearest_robot_in_sight_on_foot_is_the_guide():
     assert (found != NOBODY).any()
     nobody = np.zeros((3, 0), dtype=int)
     assert (guess_guides(nav, nobody, nobody > 0, folk, walking) == NOBODY).all()
+
+
+@pytest.mark.paper("C1", "chosen")
+@pytest.mark.parametrize(
+    ("plan", "to", "guide"),
+    [
+        ("#..R.p...R..E", (10, 10), 1),  # the nearer one comes, the other goes away
+        ("#..R...p.R..E", (1, 1), 0),
+        ("#..R.p..R...E", (1, 10), 0),  # both go away: the nearer one
+        ("#..R..pR....E", (3, 1), 0),  # the nearer one comes, the other stands
+        ("#..R..pR....E", (10, 1), 1),  # both come
+        ("#..R..pR....E", (3, 7), 1),  # both stand
+    ],
+)
+def test_who_follows_a_robot_under_way_walks_behind_it(plan, to, guide):
+    """Columns where two robots go; a robot that comes towards somebody leads others."""
+    sim = stage(f"{'#' * len(plan)}\n{plan}\n{'#' * len(plan)}")
+    world = sim.world
+    nav = navigation_of(sim.building)
+    first = int(world.robots[0].place) - plan.index("R")
+    robots = np.array([robot.place for robot in world.robots])
+    headed = first + np.array(to)
+    asked = (robots, np.array([True, True]), world.bodies.place, world.bodies.walking)
+    assert guess_guides(nav, *asked, headed).tolist() == [guide]

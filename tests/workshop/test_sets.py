@@ -17,11 +17,17 @@ from reference.learning.networks import Actor
 from reference.learning.players import LearnedNetwork
 from reference.learning.poca import GroupCritic
 from reference.navigation import navigation_of
-from reference.paper import Scenario
+from reference.paper import SIGHT_RANGE, Scenario
 from reference.simulation import Simulation
 from reference.workshop import engine
 from reference.workshop.anchors.crop import CROP, crops
-from reference.workshop.anchors.frame import KEEP, NEAREST_PEOPLE, UNIT, WAIT
+from reference.workshop.anchors.frame import (
+    KEEP,
+    NEAREST_PEOPLE,
+    UNIT,
+    WAIT,
+    robot_destinations,
+)
 from reference.workshop.anchors.known_ways import KnownWays
 from reference.workshop.anchors.reckoning import FARTHEST
 from reference.workshop.anchors.sets import (
@@ -30,12 +36,19 @@ from reference.workshop.anchors.sets import (
     MARK_NUMBERS,
     MATES_READ,
     STATION,
+    SetView,
 )
 from reference.workshop.maps import load, plan_of
-from reference.workshop.strategies.guides import Sweep
-from reference.workshop.strategies.observed import guard_points, way_marks
+from reference.workshop.strategies.guides import Observer, Sweep, as_observed
+from reference.workshop.strategies.observed import (
+    guard_points,
+    may_lead,
+    metres_between,
+    way_marks,
+)
 from reference.workshop.training.families import Family
 from reference.workshop.training.presets import preset
+from reference.world import NOBODY
 
 BUILDINGS = ("paper", "tiny", "museum", "maze", "school", "tower")
 HALL = """
@@ -295,6 +308,34 @@ def test_its_anchors_are_those_of_a_mixture(masks):
 def rows_of(table):
     """A table's rows as a set."""
     return set(map(tuple, table.tolist()))
+
+
+@pytest.mark.paper("C1", "chosen")
+def test_sets_and_guides_guess_alike_who_leads_whom():
+    """Robots under way and at rest, four on a floor, all through an evacuation."""
+    scenario = Scenario(people=40, robots_per_floor=4)
+    sim = Simulation(shipped("tower"), scenario, Observer(), seed=1)
+    codec = codec_of(sim)
+    nav = navigation_of(sim.building)
+    several = 0
+    while sim.world.time < 60:
+        engine.together([sim])
+        world = sim.world
+        moment = moment_of(sim)
+        view = SetView(
+            codec, moment.vectors, robot_destinations(world), True, [world.flames]
+        )
+        bodies = as_observed(world).bodies
+        led = bodies.leader != NOBODY
+        for robot, mine, people in zip(
+            world.robots, view.mine, view.humans, strict=True
+        ):
+            way = metres_between(nav, np.array(robot.place), bodies.place)
+            own = may_lead(bodies.leader == robot.body, led, way)
+            seen = people[mine, :2]
+            assert rows_of(seen) == rows_of(bodies.position[own].astype(np.float32))
+            several += (way <= SIGHT_RANGE).sum() > 1
+    assert several > 100
 
 
 @pytest.mark.paper("C5", "chosen")

@@ -166,7 +166,8 @@ class RobotView:
         walking = inside & ~self.map.stairs[place]
         robots = places[:, self.robots]
         at_work = self.there[:, self.robots]
-        guide = guess_guides(self.map.nav, robots, at_work, place, walking)
+        headed = self._headed()
+        guide = guess_guides(self.map.nav, robots, at_work, place, walking, headed)
         storey = self.points[:, self.people, 2].round()
         here = walking & (storey == self.floor[:, None])
         self.alone = walking & (guide == NOBODY)
@@ -178,6 +179,10 @@ class RobotView:
         group = np.select(groups, range(len(groups)), len(groups))
         way = np.where(here, self.far[:, self.people], FAR)
         self.order = np.lexsort((way, group), axis=1)
+
+    def _headed(self) -> np.ndarray | None:
+        """(B, R) places where robots are headed; None: a robot knows its own alone."""
+        return None
 
     def _sort_marks(self, way: np.ndarray) -> None:
         """Sort ways out and feet, each kind by metres on foot (B, m); rims stay."""

@@ -18,6 +18,8 @@ import numpy as np
 from reference import paper
 from reference.building import lengths
 from reference.game.codec import PolicyCodec
+from reference.game.environment import DECIMALS
+from reference.game.observations import me_first
 from reference.workshop.anchors.frame import KEEP, UNIT, WAIT, RobotView, nearness
 from reference.workshop.anchors.known_ways import known_ways_of
 from reference.workshop.anchors.reckoning import FARTHEST, CostsNow, gains
@@ -123,6 +125,15 @@ class SetView(RobotView):
         """As `RobotView`; who seems to lead nobody counts whom it may lead as its."""
         super()._sort_people(places)
         self.mine = may_lead(self.mine, self.led, self.far[:, self.people])
+
+    def _headed(self) -> np.ndarray:
+        """(B, R) places where robots are headed, or stand; in the order of each."""
+        spot = np.nan_to_num(self.spot).round(DECIMALS)
+        ends = self.map.places(spot, self.floor)
+        ends = np.where(np.isnan(self.spot[:, 0]), self.place, ends)
+        R = self.robots.stop - self.robots.start
+        floor = np.arange(R) // self.scenario.robots_per_floor
+        return ends.reshape(-1, R)[:, me_first(floor)].reshape(-1, R)
 
     def _order_of_marks(self, way: np.ndarray) -> np.ndarray:
         """(B, m) the map's order: a set has none, and the map knows their ways."""

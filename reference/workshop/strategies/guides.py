@@ -22,6 +22,7 @@ from reference.robots import Destination, Destinations, actual_target, flame_cos
 from reference.workshop.strategies.observed import (
     at_way_out,
     before_stairwell,
+    ends_of_ways,
     guess_guides,
     may_lead,
     metres_between,
@@ -132,7 +133,7 @@ class Observer:
 
     So it is the one to compare learned robots with, and the one that they can copy. Who
     seems to lead nobody, and finds nobody to fetch, leads out whom it `may_lead`: with
-    eight robots on a floor the guess is wrong about every second person.
+    eight robots on a floor the guess is wrong about every third person.
     """
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
@@ -366,14 +367,15 @@ def guided_by(world: World) -> np.ndarray:
 def as_observed(world: World) -> World:
     """Replace what robots do not observe by guesses: who follows whom, and goals [C1].
 
-    People within sight of robots, measured on foot and without flames, follow the
-    nearest. Nobody else is led, nobody heads for a landmark, all on stairs are halfway.
+    People within sight of robots follow one of them, as `guess_guides` finds it. Nobody
+    else is led, nobody heads for a landmark, all on stairs are halfway.
     """
     nav = navigation_of(world.building)
     bodies = world.bodies
     place = np.array([robot.place for robot in world.robots], dtype=int)
     active = np.array([robot.active for robot in world.robots], dtype=bool)
-    guide = guess_guides(nav, place, active, bodies.place, bodies.walking)
+    headed = ends_of_ways(world)
+    guide = guess_guides(nav, place, active, bodies.place, bodies.walking, headed)
 
     body = np.array([*(robot.body for robot in world.robots), NOBODY])
     halfway = world.time + paper.stairs_seconds() / 2

@@ -18,12 +18,16 @@ from scipy.sparse.csgraph import dijkstra
 from reference import paper
 from reference.building import Building, Kind, Landmark
 from reference.fire import lightable
+from reference.game.environment import DECIMALS
 from reference.navigation import Navigation, navigation_of
 from reference.robots import Destination, actual_target
 from reference.workshop.storage.numbers import paper_numbers
-from reference.world import NOBODY
+from reference.world import NOBODY, World
 
 FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
+BEHIND = 0.5
+"""[C1, chosen] metres: who follows a robot under way is so much farther from where it
+goes. With 0.8 m as many guesses are right, with 0 or 1.2 m fewer."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -137,27 +141,47 @@ def _table(nav: Navigation) -> tuple[np.ndarray, np.ndarray]:
     return np.zeros(nav.places, dtype=bool), table
 
 
+def ends_of_ways(world: World) -> np.ndarray:
+    """(R,) places where robots are headed, or where they stand."""
+    low, high = np.reshape(world.building.body, (2, 2))
+    known = known_map_of(world.building)
+    ends = np.array([robot.place for robot in world.robots], dtype=int)
+    for k, robot in enumerate(world.robots):
+        if robot.destination is not None and robot.way:
+            to = robot.destination.clip(low, high).round(DECIMALS)
+            ends[k] = known.places(to, np.array(robot.floor))
+    return ends
+
+
 def guess_guides(
     nav: Navigation,
     robots: np.ndarray,
     at_work: np.ndarray,
     people: np.ndarray,
     walking: np.ndarray,
+    headed: np.ndarray | None = None,
 ) -> np.ndarray:
     """Guess who leads whom [C1, chosen]: (..., n) index of a robot, or NOBODY.
 
     robots (..., R), people (..., n): places; at_work (..., R), walking (..., n) bool.
+    headed (..., R): places where robots go, or where they stand; None: nobody knows.
     It is the nearest robot at work, if that is within SIGHT_RANGE, measured on foot and
-    without flames; robots do not observe whether people see farther. In the paper's
-    building this is right nineteen times in twenty; of eight robots in a small office
-    it finds the wrong one for every second person led.
+    without flames; robots do not observe whether people see farther. Who follows a
+    robot under way walks BEHIND it: of several robots in sight, one that comes towards
+    somebody is the guess only if all do. In the paper's building 95 of 100 guesses are
+    right, of eight robots in a small office 60 (52 by the nearest alone).
     """
     if not robots.shape[-1]:
         return np.full(people.shape, NOBODY)
-    way = metres_between(nav, robots[..., None], people[..., None, :])
-    way = np.where(at_work[..., None], way, np.inf)
-    led = walking & (way.min(axis=-2) <= paper.SIGHT_RANGE)
-    return np.where(led, way.argmin(axis=-2), NOBODY)
+    people = people[..., None, :]
+    way = metres_between(nav, robots[..., None], people)
+    in_sight = at_work[..., None] & (way <= paper.SIGHT_RANGE)
+    if headed is not None:
+        left = metres_between(nav, headed, robots)[..., None]
+        ahead = metres_between(nav, headed[..., None], people) < left + BEHIND
+        way = np.where((left > 0) & ahead, way + paper.SIGHT_RANGE, way)
+    led = walking & in_sight.any(axis=-2)
+    return np.where(led, np.where(in_sight, way, np.inf).argmin(axis=-2), NOBODY)
 
 
 def may_lead(own: np.ndarray, led: np.ndarray, way: np.ndarray) -> np.ndarray:
