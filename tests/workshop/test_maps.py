@@ -17,6 +17,7 @@ from drawings import HOUSE
 from hypothesis import given
 from hypothesis import strategies as st
 
+from reference.paper import InputError
 from reference.workshop.maps import (
     MistakesError,
     find_map,
@@ -25,6 +26,7 @@ from reference.workshop.maps import (
     to_text,
 )
 from reference.workshop.maps.mistakes import MISTAKE_TEXTS
+from reference.workshop.storage import files
 from reference.workshop.storage.files import message_of
 
 HERE = Path(__file__).parent
@@ -220,6 +222,15 @@ def test_reads_a_pipe_to_its_end(tmp_path):
     os.mkfifo(path)
     Thread(target=path.write_text, args=(HOUSE,), daemon=True).start()
     assert read_map(path) == parse_map(HOUSE)
+
+
+def test_refuses_a_pipe_that_nobody_writes_to(tmp_path, monkeypatch):
+    """The system would wait for a writer for ever."""
+    monkeypatch.setattr(files, "PIPE_SECONDS", 0.01)
+    path = tmp_path / "map.txt"
+    os.mkfifo(path)
+    with pytest.raises(InputError, match="is a pipe that nobody writes to"):
+        read_map(path)
 
 
 def test_refuses_an_endless_device(tmp_path):

@@ -23,10 +23,12 @@ from reference import floorplan
 from reference.building import Building, build, building_of, is_room, signs_of
 from reference.floorplan import Drawing
 from reference.navigation import Navigation, navigation_of
+from reference.paper import InputError
 from reference.rays import Sight, sight_of
 from reference.workshop.maps import semantics, syntax
 from reference.workshop.maps.mistakes import MOST_MISTAKES, Mistake, MistakesError
 from reference.workshop.maps.pages import MOST_LINES, MOST_SIGNS, Line, Page
+from reference.workshop.storage.files import open_to_read
 from reference.workshop.storage.records import did_you_mean
 
 FIRST_OF_DRAWN = 10  # the number of the first stage that checks what is drawn
@@ -58,10 +60,13 @@ def drawing_now(name: str | PathLike[str]) -> Drawing | None:
 def read_map(path: str | PathLike[str]) -> Drawing:
     """Read the drawing in a file. Raises MistakesError, OSError if there is none.
 
-    Reads no more than the largest drawing, even from a device without end.
+    Reads no more than the largest drawing, even from a device without end. Raises
+    InputError for a pipe that nobody writes to.
     """
-    with Path(path).open("rb") as text:
+    with open_to_read(Path(path)) as text:
         raw = text.read(MOST_SIGNS + 4)  # with a byte order mark
+    if not raw and Path(path).is_fifo():
+        raise InputError(f"{path}: is a pipe that nobody writes to. Name a file.")
     return parse_map(raw.decode("utf-8", "replace"), str(path))
 
 
@@ -88,7 +93,7 @@ def standing(text: str) -> tuple[int, int]:
     try:
         parse_map(text)
     except MistakesError as error:
-        return error.stage, -len(error.mistakes)
+        return error.standing
     return FINE
 
 

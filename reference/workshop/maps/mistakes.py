@@ -78,6 +78,11 @@ class MistakesError(FloorPlanError):
         self.mistakes = mistakes
         self.stage = stage
 
+    @property
+    def standing(self) -> tuple[int, int]:
+        """How far the drawing gets: to this stage and, below 0, how many mistakes."""
+        return self.stage, -len(self.mistakes)
+
     def __str__(self) -> str:
         """Show the first mistake of each hint in full, and where its others are."""
         alike: dict[str, list[Mistake]] = {}

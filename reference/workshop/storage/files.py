@@ -10,8 +10,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from io import StringIO
 from pathlib import Path
+from select import select
 from shutil import rmtree
-from typing import Any, TypeVar
+from typing import Any, BinaryIO, TypeVar
 
 from reference.paper import InputError
 
@@ -103,6 +104,22 @@ def refuse_no_file(path: Path) -> None:
     """Raise InputError for a folder, and for a device or pipe, which may never end."""
     if path.exists() and not path.is_file():
         raise InputError(f"{path}: is a folder, a device or a pipe. Name a file.")
+
+
+PIPE_SECONDS = 1.0  # that a pipe's writer may let us wait before it opens it
+
+
+def open_to_read(path: Path) -> BinaryIO:
+    """Open a file; a pipe that nobody writes to is at its end. Raises OSError.
+
+    The system's own open would wait for a writer for ever.
+    """
+    if not path.is_fifo():
+        return path.open("rb")
+    pipe = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    select([pipe], [], [], PIPE_SECONDS)
+    os.set_blocking(pipe, True)  # reads wait for a writer that is there
+    return os.fdopen(pipe, "rb")
 
 
 def read_text(path: Path, most: int = 1 << 22, errors: str = "strict") -> str:
