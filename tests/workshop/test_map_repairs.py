@@ -276,6 +276,86 @@ def test_every_hint_obeyed_leaves_fewer_mistakes(path):
         assert standing(follow_hints(text, mistakes))[0] > before
 
 
+@pytest.mark.parametrize(
+    ("heading", "right"),
+    [
+        ("floors 2-4: upstairs", "floor 2-4: upstairs"),
+        ("floor 2 - 4 upstairs", "floor 2-4: upstairs"),
+        ("level 2 to 4: upstairs", "floor 2-4: upstairs"),
+        ("floor 3-5: upstairs", "floor 2-4: upstairs"),
+        ("floor 2-300: upstairs", None),
+        ("floor 4-2: upstairs", None),
+    ],
+)
+def test_a_range_of_floors_is_never_shortened(heading, right):
+    """As many floors are built as were drawn at once, or nothing is typed."""
+    text = HOUSE.replace("floor 2: upstairs", heading)
+    repair = repair_text(text)
+    assert repair.text == (HOUSE.replace("floor 2: upstairs", right) if right else text)
+
+
+def test_no_exit_is_typed_upstairs_where_stairs_are_missing():
+    """Nobody leaves through the wall of an upper floor; stairs are drawn by hand."""
+    text = HOUSE.replace("#AA+", "####")
+    repair = repair_text(text)
+    (mistake,) = repair.left.mistakes
+    assert repair.text == text
+    assert mistake.what == "no way leads from room 'desk' to an exit"
+    assert mistake.hint.startswith("Draw stairs down, or '+' to a room that has some")
+
+
+@pytest.mark.parametrize(
+    ("row", "told_at"),
+    [("####.....#...#", "7:1"), ("#AA+.hall+lab#", "8:1"), ("####.bath#...#", None)],
+)
+def test_only_a_doubled_row_is_taken_out_and_told_by_its_line(row, told_at):
+    """Where no row is doubled, nobody can tell which one is too many."""
+    at = HOUSE.index(HOUSE.splitlines()[6] if "hall" in row else "####.....#...#")
+    text = HOUSE[:at] + row + "\n" + HOUSE[at:]
+    repair = repair_text(text)
+    (mistake,) = standing(text)[1]
+    if told_at:
+        assert mistake.place == told_at and "Take out this row" in mistake.hint
+        assert repair.text == HOUSE
+    else:
+        assert repair.text == text
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("##AA.desk", "#AA+.desk"),
+        ("##AA+desk", "#AA+.desk"),
+        ("#AAA.desk", "#AA+.desk"),
+        ("#A.+.desk", "#AA+.desk"),
+    ],
+)
+def test_a_stairwell_out_of_line_is_told_first_and_put_back_at_once(wrong, right):
+    """Before the walls and doors that touch it; floor comes where it stood."""
+    text = HOUSE.replace(right, wrong)
+    if wrong == "#A.+.desk":  # a room is in its way: nothing is typed
+        wrong = right = ""
+    assert told(text) == ["stairwell A does not stand on floor 2 as on floor 1"]
+    repair = repair_text(text)
+    assert len(repair.rounds) == bool(right)
+    assert parse_map(repair.text) == parse_map(HOUSE) if right else repair.left
+
+
+def test_of_three_storeys_the_one_that_differs_is_told():
+    """The lowest is not always right."""
+    top = HOUSE[HOUSE.index("floor 2") :].replace("floor 2", "floor 3")
+    text = f"{HOUSE}\n{top}".replace("#AA+.hall", "##AA+hall")
+    assert told(text) == ["stairwell A does not stand on floor 1 as on floor 2"]
+
+
+def test_hints_that_lead_back_are_not_followed():
+    """With A for B the stairwell would be out of line, which is an earlier stage."""
+    text = HOUSE.replace("####.", "##B#.", 1)
+    repair = repair_text(text)
+    assert repair.text == text and not repair.rounds
+    assert repair.left.mistakes[0].what == "stairwell B is open to stairwell A"
+
+
 SPOILS = "#.+EABCD abcxyz:|-19XZ\n\N{LATIN SMALL LETTER E WITH ACUTE}"
 
 
@@ -351,6 +431,7 @@ def test_fix_writes_nothing_where_nothing_is_wrong(plan, capsys):
         (b"building: Flat\n", "no floor is drawn"),
         (b"building: Flat\r\rhello", "no floor is drawn"),
         (b"\x89PNG\r\n\x1a\n\0\xff\x93", "this is not plain text in UTF-8"),
+        (100 * b"\0", "this is not plain text in UTF-8"),
     ],
 )
 def test_refuses_to_fix_what_no_hint_can(left, what, plan, capsys):
@@ -358,7 +439,7 @@ def test_refuses_to_fix_what_no_hint_can(left, what, plan, capsys):
     plan.write_bytes(left)
     status, page = refusal(capsys, "check", "plan.txt", "--fix")
     assert status == 1 and what in page
-    assert "nothing is written: no hint here says what to type\n" in page
+    assert "nothing is written: what --fix could type leads no further\n" in page
     assert [path.name for path in plan.parent.iterdir()] == ["plan.txt"]
 
 

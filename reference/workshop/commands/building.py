@@ -56,7 +56,7 @@ def _check(arguments: Namespace) -> None:
             print(json.dumps({"file": error.path, "mistakes": _listed(error.mistakes)}))
         if arguments.watch:
             raise
-        flag = "--fix" if _can_be_fixed(arguments.file, error) else "--watch"
+        flag = "--fix" if _can_be_fixed(arguments.file) else "--watch"
         raise _with_next(error, "check", arguments.file, flag) from None
 
     text, facts = _counted(building)
@@ -71,12 +71,12 @@ def _say_next(name: object) -> None:
     print_note(f"next: {shell_line('draw', name)}")
 
 
-def _can_be_fixed(name: str, error: MistakesError) -> bool:
-    """Whether --fix does something: a hint says what to type, or how it is encoded."""
+def _can_be_fixed(name: str) -> bool:
+    """Whether --fix does something: a hint leads further, or how it is encoded."""
     path = find_map(name)
     if not path.is_file():  # a pipe has been read, once and for all
         return False
-    return any(m.edits for m in error.mistakes) or bool(repair_file(path).rounds)
+    return bool(repair_file(path, most=1).rounds)
 
 
 def _with_next(error: Exception, *words: object) -> InputError:
@@ -92,14 +92,17 @@ def _listed(mistakes: Sequence[Mistake]) -> list[dict[str, Any]]:
     ]
 
 
+NOTHING_WRITTEN = "nothing is written: what --fix could type leads no further"
+
+
 def _fix(arguments: Namespace) -> None:
     """Do what the hints say in a new file beside the old one, and say what was done."""
     path = find_map(arguments.file)
     repair = repair_file(path)
     if not repair.rounds:
         if repair.left:
-            page = f"{repair.left}\nnothing is written: no hint here says what to type"
-            raise _with_next(InputError(page), "check", arguments.file, "--watch")
+            page = InputError(f"{repair.left}\n{NOTHING_WRITTEN}")
+            raise _with_next(page, "check", arguments.file, "--watch")
         text, facts = _counted(load(path))
         print_report(arguments, {**facts, "written": None, "changes": []}, text)
         print_note("nothing to fix: no file is written")

@@ -23,17 +23,17 @@ class Repair:
     left: MistakesError | None
 
 
-def repair_file(path: Path) -> Repair:
+def repair_file(path: Path, most: int = MOST_ROUNDS) -> Repair:
     """Follow the hints about a file; it may be in UTF-16, or in Windows' encoding.
 
-    Raises OSError, InputError for what is no file.
+    most: rounds at which it stops. Raises OSError, InputError for what is no file.
     """
     refuse_no_file(path)
     with path.open("rb") as file:
         raw = file.read(2 * MOST_SIGNS)
     encoding = _encoding_of(raw)
     text = raw.decode(encoding, "replace")
-    repair = repair_text(text, str(path))
+    repair = repair_text(text, str(path), most)
     if encoding == "utf-8":
         return repair
     first = Line(1, lines_of_plan(text)[0]).mistake("not-text")
@@ -42,11 +42,14 @@ def repair_file(path: Path) -> Repair:
 
 def _encoding_of(raw: bytes) -> str:
     """Guess how a text is encoded: UTF-8 unless it cannot be."""
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return "utf-16"
     start = raw[:200]
-    if 2 * start.count(0) >= 0.8 * len(start) > 0:  # every second byte
-        return "utf-16-le" if start[1:2] == b"\0" else "utf-16-be"
+    wide = ""
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        wide = "utf-16"
+    elif 2 * start.count(0) >= 0.8 * len(start) > 0:  # every second byte
+        wide = "utf-16-le" if start[1:2] == b"\0" else "utf-16-be"
+    if wide and "\0" not in raw.decode(wide, "replace"):
+        return wide
     try:
         raw.decode("utf-8")
     except UnicodeDecodeError:
@@ -77,25 +80,33 @@ def write_new(path: Path, text: str) -> Path:
     return new
 
 
-def repair_text(text: str, path: str = "<text>") -> Repair:
-    """Follow the hints until the text is fine, or no hint says what to type."""
+def repair_text(text: str, path: str = "<text>", most: int = MOST_ROUNDS) -> Repair:
+    """Follow the hints until the text is fine, or following them leads no further."""
     rounds: list[tuple[Mistake, ...]] = []
     seen = {text}
-    while len(rounds) < MOST_ROUNDS:
-        try:
-            parse_map(text, path)
-        except MistakesError as error:
-            left = error
-        else:
-            return Repair(text, tuple(rounds), None)
+    left = _mistakes_in(text, path)
+    while left and len(rounds) < most:
         followed = tuple(mistake for mistake in left.mistakes if mistake.edits)
-        better = follow_hints(text, followed)
-        if not followed or better in seen:  # hints that undo each other
+        new = follow_hints(text, followed)
+        if not followed or new in seen:  # hints that undo each other
+            break
+        then = _mistakes_in(new, path)
+        if then and then.standing < left.standing:
             break
         rounds.append(followed)
-        seen.add(better)
-        text = better
+        seen.add(new)
+        text = new
+        left = then
     return Repair(text, tuple(rounds), left)
+
+
+def _mistakes_in(text: str, path: str) -> MistakesError | None:
+    """Find the mistakes in a text; None if it is fine."""
+    try:
+        parse_map(text, path)
+    except MistakesError as error:
+        return error
+    return None
 
 
 def follow_hints(text: str, mistakes: Iterable[Mistake]) -> str:

@@ -5,9 +5,10 @@ A check goes through a building, or one floor of it, and yields what it finds;
 """
 
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import cache, partial
-from itertools import chain, pairwise
+from itertools import chain, groupby, pairwise
+from operator import itemgetter
 from typing import Any
 
 import networkx as nx
@@ -37,6 +38,7 @@ def semantic_stages(drawing: Drawing, page: Page) -> Iterator[Iterable[Mistake]]
     """
     yield _too_large(drawing, page)
     building = build(drawing)
+    yield _askew(building, page)
     yield chain.from_iterable(_outer_wall(building, floor) for floor in page.floors)
     yield chain.from_iterable(_gates(building, floor) for floor in page.floors)
     yield _drawn_on_floors(building, page)
@@ -211,7 +213,16 @@ def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:
     """Find stairwells in two parts, open to something else, or without entrance."""
     signs = _rimmed(building, floor)
     for letter in STAIRWELLS:
-        parts = connected_parts(signs == letter)
+        parts = sorted(connected_parts(signs == letter), key=len, reverse=True)
+        stray = [part for part in parts if _is_stray(signs, part, parts)]
+        for part in stray:
+            cell = part[0] - 1
+            beside = signs[ndimage.binary_dilation(_mask(signs, part))]
+            facts = {"letter": letter, "plain": "#" if " " in beside else "."}
+            edits = floor.typed(facts["plain"], [cell])
+            yield floor.mistake("stairwell-stray", cell, edits=edits, **facts)
+        if stray:
+            continue
         for part in parts[1:]:
             sign, cells = _joined(signs, letter, parts[0], part)
             edits = floor.typed(sign, cells)
@@ -219,6 +230,15 @@ def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:
             yield floor.mistake("stairwell-split", cell, letter=letter, edits=edits)
         if parts:
             yield from _around_stairwell(floor, signs, letter)
+
+
+def _is_stray(signs: np.ndarray, part: np.ndarray, parts: Sequence[np.ndarray]) -> bool:
+    """Whether a letter stands alone in a room, or in one beside a larger part."""
+    here = _mask(signs, part)
+    beside = ndimage.binary_dilation(here) & ~here
+    open_sides = int(is_room(signs)[beside].sum())
+    least = 1 if len(parts[0]) > 1 else 2
+    return len(part) == 1 and open_sides >= least
 
 
 def _around_stairwell(
@@ -345,6 +365,14 @@ def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:
             name = word[0]
             room = int(building.area[floor.index, *cell])
             cells = [(row, column) for column in range(*word.span())]
+            if room in names and len(names[room]) == 1 < len(name):
+                slip = places[room]
+                facts = {"name": names[room], "room": name}
+                edits = floor.typed(".", [slip])
+                yield floor.mistake("second-name", slip, edits=edits, **facts)
+                names[room] = name
+                places[room] = cell
+                continue
             if room in names:
                 facts = {"name": name, "room": names[room]}
                 parts, gaps = find_gaps()
@@ -408,10 +436,9 @@ def _other_name(name: str, taken: Collection[str]) -> str:
 
 
 def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
-    """Find stairwells that are on one floor, leave one out, or stand askew."""
+    """Find stairwells that are on one floor only, or leave one out."""
     for well in building.stairwells:
-        cells = {floor: building.areas[i].cells for floor, i in well.areas.items()}
-        if len(cells) == 1:
+        if len(well.areas) == 1:
             floor = page.floor_of(well.lowest)
             facts: dict[str, Any] = {"letter": well.letter}
             other = well.lowest + (1 if well.lowest + 1 < building.floors else -1)
@@ -419,16 +446,65 @@ def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
             kind = "stairwell-alone" if edits else "stairwell-needless"
             edits = edits or _taken_out(building, page, well.letter, well.lowest)
             yield floor.mistake(kind, well.cells[0], edits=edits, **facts)
-        for lower, upper in pairwise(cells):
-            floor = page.floor_of(upper)
-            cell = cells[upper][0]
-            facts = {"letter": well.letter, "lower": lower + 1, "upper": upper + 1}
+        for lower, upper in pairwise(well.areas):
             if upper > lower + 1:
+                floor = page.floor_of(upper)
+                cell = building.areas[well.areas[upper]].cells[0]
+                facts = {"letter": well.letter, "lower": lower + 1, "upper": upper + 1}
                 edits = _copied(building, page, well.letter, lower, lower + 1)
                 yield floor.mistake("stairwell-skips", cell, edits=edits, **facts)
-            elif not np.array_equal(cells[lower], cells[upper]):
-                edits = _copied(building, page, well.letter, lower, upper)
-                yield floor.mistake("stairwell-moves", cell, edits=edits, **facts)
+
+
+def _askew(building: Building, page: Page) -> Iterator[Mistake]:
+    """Find stairwells that stand elsewhere than in most drawings above and below.
+
+    They come first: whatever touches them is wrong, too.
+    """
+    for letter in STAIRWELLS:
+        signs = building.signs
+        drawn = [(floor, letter in signs[floor.index]) for floor in page.floors]
+        for is_drawn, group in groupby(drawn, itemgetter(1)):
+            if is_drawn:
+                floors = [floor for floor, _ in group]
+                yield from _out_of_line(building, page, letter, floors)
+
+
+def _out_of_line(
+    building: Building, page: Page, letter: str, floors: Sequence[Floor]
+) -> Iterator[Mistake]:
+    """Compare a stairwell's storeys, one above the other, if each is whole."""
+    mine = building.signs == letter
+    if not all(_is_whole(building.signs[floor.index], letter) for floor in floors):
+        return
+    places = [mine[floor.index].tobytes() for floor in floors]
+    shaped = [_is_shaped(building, floor, letter) for floor in floors]
+    rank = [*zip(map(places.count, places), shaped, strict=True)]
+    usual = floors[rank.index(max(rank))].index  # the lowest of those alike
+    for floor in floors:
+        differs = mine[floor.index] ^ mine[usual]
+        if differs.any():
+            edits = _copied(building, page, letter, usual, floor.index)
+            facts = {"letter": letter, "other": usual + 1}
+            cells = np.argwhere(differs & mine[floor.index])
+            cell = cells[0] if len(cells) else np.argwhere(differs)[0]
+            yield floor.mistake("stairwell-moves", cell, edits=edits, **facts)
+
+
+def _is_whole(signs: np.ndarray, letter: str) -> bool:
+    """Whether a stairwell is in one part, and none with another letter beside it."""
+    mine = signs == letter
+    beside = signs[ndimage.binary_dilation(mine) & ~mine]
+    return len(connected_parts(mine)) == 1 and not np.isin(beside, [*STAIRWELLS]).any()
+
+
+def _is_shaped(building: Building, floor: Floor, letter: str) -> bool:
+    """Whether a stairwell is a rectangle with nothing but walls and doors around it."""
+    signs = _rimmed(building, floor)
+    mine = signs == letter
+    around = ndimage.binary_dilation(mine)
+    rows, columns = (np.ptp(axis) + 1 for axis in np.nonzero(mine))
+    is_walled = np.isin(signs[around], ["#", "+", letter]).all()
+    return bool(is_walled and rows * columns == mine.sum())
 
 
 def _entrances(signs: np.ndarray, mine: np.ndarray) -> np.ndarray:
@@ -441,22 +517,35 @@ def _copied(
 ) -> list[Edit]:
     """Draw a floor's stairwell on another one, in the same place.
 
-    Nothing where a room is in its way.
+    Nothing where a room is in its way. What was drawn elsewhere becomes a wall, or
+    floor where the other has some.
     """
     if not 0 <= target < building.floors:
         return []
     signs = building.signs[source]
     there = building.signs[target]
     mine = signs == letter
+    beside = ndimage.binary_dilation(mine) & ~mine
     old = there == letter
     old_doors = _entrances(there, old)
+    doors = old_doors & beside
+    if not doors.any():
+        doors = _entrances(signs, mine)
+
+    named = is_room(there) & (there != ".")
     taken = is_room(there) | (there == "E") | ((there == "+") & ~old_doors)
-    if taken[mine].any():
+    if taken[mine].any() or named[beside].any():
         return []
+
+    new = there.copy()
+    new[old | old_doors] = "#"
     around = ndimage.binary_dilation(mine, np.ones((3, 3)))
-    new = np.where(old | old_doors | (around & (there == " ")), "#", there)
+    new[around & (new == " ")] = "#"
+    indoors = ~ndimage.binary_dilation(np.pad(new, 1, constant_values=" ") == " ")
+    new[(old | old_doors) & is_room(signs) & indoors[1:-1, 1:-1]] = "."
+    new[beside & (new == ".")] = "#"
     new[mine] = letter
-    new[_entrances(signs, mine)] = "+"
+    new[doors] = "+"
     floor = page.floor_of(target)
     changed = np.argwhere(new != there)
     return [edit for cell in changed for edit in floor.typed(str(new[*cell]), [cell])]
@@ -480,7 +569,9 @@ def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
         sign, cell = _way(building, page, part)
         facts = {"room": room.name}
         if cell is None:
-            yield floor.mistake("no-way", room.cells[0], **facts)
+            upstairs = all(building.area_of[name].floor for name in part)
+            kind = "no-way-down" if upstairs else "no-way"
+            yield floor.mistake(kind, room.cells[0], **facts)
             continue
         where, at = cell
         edits = where.typed(sign, [at])
@@ -492,9 +583,12 @@ def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
 def _way(
     building: Building, page: Page, part: Collection[str]
 ) -> tuple[str, tuple[Floor, np.ndarray] | None]:
-    """What to type where, so that rooms get a way: a door to others, else an exit."""
-    for sign in "+E":
-        for number in range(building.floors):
+    """What to type where, so that rooms get a way: a door to others, else an exit.
+
+    Above the ground no exit: what is missing there are stairs.
+    """
+    for sign, floors in (("+", building.floors), ("E", 1)):
+        for number in range(floors):
             rooms = [area.id for area in building.rooms(number) if area.id in part]
             if not rooms:
                 continue

@@ -97,6 +97,17 @@ _WORD = re.compile(r"[a-z]+(?:[_-][a-z0-9]+)+|[A-Za-z0-9]+|([^ #.+])\1*")
 _MEANS = re.compile(r"E*([A-D]*|[a-z][a-z0-9]*)E*")
 
 
+def _notes_in_rows(page: Page) -> Iterator[Mistake]:
+    """Find a `;` between the signs of a row: what is behind it is drawn, too."""
+    for row in page.rows:
+        start = len(row.code)
+        if re.fullmatch(r";[#.+EA-Da-z0-9 ]*[#+E]\s*", row.written[start:]):
+            beside = {row.code[-1:], row.written[start + 1]}
+            plain = beside.pop() if len(beside) == 1 else "."
+            edits = [row.typed(plain, start, start + 1)]
+            yield row.mistake("note-in-row", start + 1, plain=plain, edits=edits)
+
+
 def _signs(page: Page) -> Iterator[Mistake]:
     """Find signs without a meaning, blanks in rooms, and words that are no name."""
     board = page.board
@@ -239,7 +250,8 @@ def _headings(page: Page) -> Iterator[Mistake]:
             draws = bool(floor.rows) and (previous is None or bool(previous.rows))
             yield _heading(page, floor, follows, draws=draws)
             if floor.rows:
-                follows += 1
+                alike = _range_meant(floor.heading) or range(1)
+                follows += len(alike) if len(alike) <= MOST_FLOORS else 1
         previous = floor
     if not page.floors:
         yield page.lines[-1].mistake("no-floor")
@@ -257,6 +269,11 @@ def _heading(page: Page, floor: Floor, follows: int, *, draws: bool) -> Mistake:
     """Make the mistake of a heading; draws: whether a drawing needs it."""
     line = floor.heading
     kind = heading_meant(line)
+    if kind == "heading" and draws:
+        kind = "heading-drawing"
+    alike = _range_meant(line)
+    if alike is not None and kind in ("heading-floor", "heading-drawing"):
+        return _range_heading(line, alike, follows)
     words = re.sub(r"(?i)^\W*(\w+\s*[\d-]*\s*:|\w+)\s*:?", "", line.code).strip(" :")
     facts = {"floor": follows, "above": follows + 1, **page.drawn}
     new = {
@@ -264,10 +281,32 @@ def _heading(page: Page, floor: Floor, follows: int, *, draws: bool) -> Mistake:
         "heading-size": _SIZE.format(**page.drawn),
         "heading-floor": f"floor {follows}: {words}".rstrip(),
     }.get(kind, f"; {line.written}")
-    if kind == "heading" and draws:
-        kind = "heading-drawing"
+    if kind == "heading-drawing":
         new = f"floor {follows}: {line.code.strip(' :')}"
     return line.mistake(kind, edits=[line.typed(new)], **facts)
+
+
+_RANGE = re.compile(r"(?i)\W*[a-z]+\s*0*(\d+)\s*(?:-+|to)\s*0*(\d+)[ :]*")
+
+
+def _range_meant(line: Line) -> range | None:
+    """The floors that a heading was meant to draw once; None where it has no range."""
+    read = _RANGE.match(line.code)
+    if not read:
+        return None
+    first, last = (int(digits[:9]) for digits in read.groups())
+    return range(first, last + 1)
+
+
+def _range_heading(line: Line, alike: range, follows: int) -> Mistake:
+    """Make the mistake of a heading with a range: as many floors stay as it draws."""
+    if not alike:
+        return line.mistake("heading-backwards", floor=follows, above=follows + 1)
+    if len(alike) > MOST_FLOORS:
+        return line.mistake("floor-limit", most=MOST_FLOORS)
+    name = _RANGE.sub("", line.code, count=1)
+    write = f"floor {follows}-{follows + len(alike) - 1}: {name}".rstrip()
+    return line.mistake("heading-range", write=write[:80], edits=[line.typed(write)])
 
 
 def _head(page: Page) -> Iterator[Mistake]:
@@ -307,21 +346,31 @@ def _settings(page: Page) -> Iterator[Mistake]:
 
 
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
-    """Find the first floor out of order; once it is mended, the next may be right."""
+    """Find too many floors, or the first out of order: the next may be right then."""
+    total = 0
+    for floor in page.floors:
+        total += len(floor.numbers) or 1
+        if total > MOST_FLOORS:
+            yield floor.heading.mistake("floor-limit", most=MOST_FLOORS)
+            return
+
     follows = 1
     for at, floor in enumerate(page.floors):
         if floor.headless:  # only the first can be
             follows = 2
             continue
         first = floor.numbers[0]
+        above = page.floors[at - 1]
+        if at and above.numbers == floor.numbers and not above.rows:
+            edits = [above.heading.typed(None)]
+            yield above.heading.mistake("heading-again", first=first, edits=edits)
+            return
         if first != follows:
             edits = list(_counted_on(page.floors[at:], follows))
             facts = {"first": first, "follows": follows}
             yield floor.heading.mistake("floor-order", edits=edits, **facts)
             return
         follows = floor.numbers[-1] + 1
-    if follows > MOST_FLOORS + 1:
-        yield page.floors[-1].heading.mistake("floor-limit", most=MOST_FLOORS)
 
 
 def _counted_on(floors: Iterable[Floor], follows: int) -> Iterator[Edit]:
@@ -361,50 +410,55 @@ def _shape(page: Page) -> Iterator[Mistake]:
     fits = 0 < columns <= MOST_CELLS and 0 < rows <= MOST_CELLS
     size = page.settings["size"][0]
     resize = [size.typed(_SIZE.format(**page.drawn))] if fits else []
-    if columns != width and alike and rows != height:
+    wide = [row for row in page.rows if len(row.code) > width]
+    few = 0 < len(wide) <= max(1, len(page.rows) // 4)
+    if columns != width and alike and rows != height and not few:
         yield size.mistake("size", edits=resize, **page.drawn)
         return
 
-    wide = [row for row in page.rows if len(row.code) > width]
     for row in wide:
         over = len(row.code) - width
-        start = _surplus(row, wide, page, over)
+        start = _surplus(row, page, over) if few else None
         facts: dict[str, Any] = {
             "wide": len(row.code),
             "width": width,
             "resize": _SIZE.format(**page.drawn),
         }
-        if start is None:
+        if start is None and few:
+            yield row.mistake("row-width-long", width + 1, **facts)
+        elif start is None:
             yield row.mistake("row-width-size", width + 1, edits=resize, **facts)
         else:
             out = row.code[start : start + over]
             cut = [row.typed("", start, start + over)]
             yield row.mistake("row-width", start + 1, out=out[:80], edits=cut, **facts)
-    yield from _heights(page, height, resize if alike else [])
+    yield from _heights(page, height, resize if alike and not few else [])
 
 
 MOST_SURPLUS = 4  # signs of a row too wide that are taken out; with more it is the size
 
 
-def _surplus(row: Line, wide: Sequence[Line], page: Page, over: int) -> int | None:
+def _surplus(row: Line, page: Page, over: int) -> int | None:
     """Where a row has signs too many: without them it is most like those beside it.
 
-    None where many rows are as wide, so that the size is wrong, or by much.
+    None where it is too wide by much.
     """
-    if over > MOST_SURPLUS or len(wide) > max(1, len(page.rows) // 4):
+    if over > MOST_SURPLUS:
         return None
     lines = page.lines[row.number - 2 : row.number - 1], page.lines[row.number :][:1]
-    beside = [line.code for line in chain(*lines)]
+    beside = [_without_names(line.code) for line in chain(*lines)]
 
     def likeness(sign: str, others: Iterable[str]) -> int:
         """How many of the signs above and below are the same."""
         return sum(sign == other for other in others)
 
     def loss(place: int) -> int:
-        """How many signs go that are no floor, wall or outside."""
-        return sum(sign not in ".# " for sign in row.code[place : place + over])
+        """How many signs go that are no floor, wall or outside; doors count twice."""
+        out = row.code[place : place + over]
+        return sum((sign not in ".# ") + (sign in "+E") for sign in out)
 
-    return _best_place(row.code, [*zip_longest(*beside)], over, likeness, loss)
+    mine = _without_names(row.code)
+    return _best_place(mine, [*zip_longest(*beside)], over, likeness, loss)
 
 
 def _best_place(
@@ -440,26 +494,81 @@ def _heights(page: Page, height: int, resize: list[Edit]) -> Iterator[Mistake]:
         count = len(floor.rows)
         if count == height:
             continue
-        line = floor.rows[height] if count > height else floor.heading
-        edits = resize
         if whole and count:
-            edits = _rows_made_right(floor, [row.code for row in whole.rows])
-        yield line.mistake("rows", count=count, height=height, edits=edits)
+            yield _rows_made_right(floor, [row.code for row in whole.rows])
+            continue
+        line = floor.rows[height] if count > height else floor.heading
+        kind = "rows-size" if resize else "rows"
+        facts: dict[str, Any] = {"count": count, "height": height}
+        facts["resize"] = _SIZE.format(**page.drawn)
+        yield line.mistake(kind, edits=resize, **facts)
 
 
-def _rows_made_right(floor: Floor, whole: Sequence[str]) -> list[Edit]:
-    """Take rows out, or put in its own, where it gets most like another floor."""
+def _rows_made_right(floor: Floor, whole: Sequence[str]) -> Mistake:
+    """Take doubled rows out, or put in its own, where it gets most like another floor.
+
+    None goes that is not there twice, one below the other.
+    """
     codes = [row.code for row in floor.rows]
     over = len(codes) - len(whole)
-    place = _best_place(codes, whole, over, _likeness)
+    facts: dict[str, Any] = {"count": len(codes), "height": len(whole)}
     if over > 0:
-        return [row.typed(None) for row in floor.rows[place : place + over]]
+        place = _doubled_at(codes, over, whole)
+        if place is None:
+            return floor.rows[len(whole)].mistake("rows", **facts)
+        out = floor.rows[place : place + over]
+        facts["out"] = f"this row and {over - 1} below it" if over > 1 else "this row"
+        edits = [row.typed(None) for row in out]
+        return out[0].mistake("rows-over", edits=edits, **facts)
+
+    place = _best_place(codes, whole, over, _likeness)
     lost = whole[place : place - over]
-    new = [max(codes, key=partial(_likeness, other)) for other in lost]
-    if place < len(codes):
-        return [floor.rows[place].above(*new)]
-    last = floor.rows[-1]
-    return [last.typed("".join(f"\n{row}" for row in new), len(last.written))]
+    plain = [_without_names(code) for code in codes]
+    new = [max(plain, key=partial(_likeness, other)) for other in lost]
+    if 0 < place < len(codes):  # the plainer one beside it: rooms go on
+        new = len(lost) * [min(plain[place - 1 : place + 1], key=_walls_across)]
+    below = place == len(codes)
+    line = floor.rows[-1 if below else place]
+    facts |= {"another": f"{-over} more rows" if over < -1 else "another row"}
+    facts |= {"where": "below" if below else "above", "row": new[0][:80]}
+    edit = line.above(*new)
+    if below:
+        edit = line.typed("".join(f"\n{row}" for row in new), len(line.written))
+    return line.mistake("rows-lost", edits=[edit], **facts)
+
+
+def _doubled_at(codes: Sequence[str], over: int, whole: Sequence[str]) -> int | None:
+    """Where so many rows repeat those above them; None if nowhere.
+
+    A name or a wall across is hardly meant twice; else what leaves the drawing most
+    like another floor.
+    """
+
+    def rank(place: int) -> tuple[bool, int, int]:
+        """How probably these rows are too many."""
+        out = codes[place : place + over]
+        left = [*codes[:place], *codes[place + over :]]
+        has_name = any(re.search("[a-z]", code) for code in out)
+        across = sum(map(_walls_across, out))
+        return has_name, across, sum(map(_likeness, left, whole))
+
+    doubled = (
+        place
+        for place in range(over, len(codes) - over + 1)
+        if codes[place - over : place] == codes[place : place + over]
+    )
+    return max(doubled, key=rank, default=None)
+
+
+def _walls_across(code: str) -> int:
+    """How many cells of walls along it a row has; a door counts as much as some."""
+    walls = re.findall("[#+E]{3,}", code)
+    return sum(map(len, walls)) + 4 * len(re.findall("[+E]", code))
+
+
+def _without_names(code: str) -> str:
+    """A row with floor where names are written; a letter alone may be a slip."""
+    return re.sub("[a-z][a-z0-9]+", lambda name: "." * len(name[0]), code)
 
 
 def _likeness(one: str, other: str) -> int:
@@ -477,6 +586,7 @@ def syntax_stages(page: Page, standing: Standing) -> Iterator[Iterable[Mistake]]
         _settings(page),
         _floor_numbers(page),
         _blanks(page),
+        _notes_in_rows(page),
         _signs(page),
     )
     yield _shape(page)
