@@ -3,6 +3,7 @@
 import os
 import re
 import time
+import warnings
 from collections import Counter
 from dataclasses import replace
 from functools import cache
@@ -36,7 +37,7 @@ from reference.workshop.drawing.evacuation import (
 )
 from reference.workshop.drawing.page import COLOURS, MEANINGS, extent_of, sheet
 from reference.workshop.drawing.relief import SOLID, add_boxes, lift_of, project
-from reference.workshop.maps import find_map, plan_of
+from reference.workshop.maps import find_map, load, plan_of
 from reference.workshop.strategies.guides import Sweep
 from reference.world import Fate, Mode
 
@@ -154,6 +155,14 @@ def test_a_line_beside_another_keeps_its_ends_and_its_distance():
     way = np.array([[0, 0], [0, 4], [3, 4], [5, 4], [5, 5]], float).T
     moved = plans.beside(way, 0.2).T.tolist()
     assert moved == [[0, 0], [-0.2, 4.2], [3, 4.2], [4.8, 4.2], [5, 5]]
+
+
+def test_an_exit_whose_middle_is_a_corner_of_its_way_is_drawn():
+    """Exits beside each other are one, round a corner: no length is divided by."""
+    rows = "E##E\nE..E\nE###\n"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plans.graph(load(f"building: Den\nsize: 4 x 3\nfloor 1:\n{rows}"))
 
 
 def spread(way, step=0.05):
@@ -513,10 +522,10 @@ def ended():
     [
         (lambda: [evacuation(0.4)] * 2, "Tonight", "2 evacuations have 1 headings"),
         (lambda: [evacuation(0.4)], ["a", "b"], "1 evacuations have 2 headings"),
-        (list, "", "takes a simulation, or several, not nothing"),
-        (lambda: "tiny", "", "takes a simulation, or several, not 't'"),
-        (lambda: TINY, "", "takes a simulation, or several, not <ref"),
-        (lambda: Simulation, "", "takes a simulation, or several, not <class"),
+        (list, "", "takes a Simulation, or a list of them, not nothing"),
+        (lambda: "tiny", "", "takes a Simulation, or a list of them, not 'tiny'"),
+        (lambda: TINY, "", "takes a Simulation, or a list of them, not <ref"),
+        (lambda: Simulation, "", "takes a Simulation, or a list of them, not <class"),
         (ended, "", "this evacuation has ended"),
         (lambda: [evacuation(0.4), ended()], "", "this evacuation has ended"),
         (

@@ -21,6 +21,7 @@ from reference.paper import InputError
 from reference.workshop.maps import (
     MistakesError,
     find_map,
+    load,
     parse_map,
     read_map,
     to_text,
@@ -286,6 +287,13 @@ def test_a_floor_is_found_by_its_path_or_by_the_name_it_ships_under(tmp_path):
     (tmp_path / "paper").mkdir()
     assert find_map("paper") in SHIPPED
     assert find_map("paper.txt") == find_map("paper")
+
+
+@pytest.mark.parametrize("name", [3, None, b"tiny"])
+def test_refuses_to_load_what_names_no_map(name):
+    """It says what it takes."""
+    with pytest.raises(InputError, match="load takes the name of a map that ships"):
+        load(name)
 
 
 def test_refuses_an_unknown_floor_and_names_those_that_ship():

@@ -85,11 +85,12 @@ def animate(
 
 def _filmable(runs: Iterable[Simulation]) -> list[Simulation]:
     """List what is to be filmed. Raises InputError for what cannot be."""
-    listed = list(runs) if isinstance(runs, Iterable) else [runs]
+    is_list = isinstance(runs, Iterable) and not isinstance(runs, str)
+    listed: list[Any] = list(runs) if is_list else [runs]
     strange = [run for run in listed if not isinstance(run, Simulation)]
     if strange or not listed:
         what = f"{strange[0]!r:.60}" if strange else "nothing"
-        raise InputError(f"animate takes a simulation, or several, not {what}")
+        raise InputError(f"animate takes a Simulation, or a list of them, not {what}")
     if any(run.building.drawing != listed[0].building.drawing for run in listed):
         raise InputError("evacuations side by side need the same building: film each")
     if any(run.done and run.ticks for run in listed):

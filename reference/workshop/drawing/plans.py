@@ -99,7 +99,9 @@ def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:
     costs = np.where(inside, 1.0, np.inf)  # no way leads through another room
     chain = [start, *nav.way(start, door, costs)]
     corners = nav.centres[nav.corners(chain)]
-    return np.vstack([node, corners, mark.position])[::-1].T
+    way = np.vstack([node, corners, mark.position])[::-1]
+    moves = np.diff(way, axis=0, prepend=np.inf).any(axis=1)  # an exit may be a corner
+    return way[moves].T
 
 
 def beside(way: np.ndarray, metres: float) -> np.ndarray:

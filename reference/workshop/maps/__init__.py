@@ -38,8 +38,14 @@ FINE = (99, 0)  # beyond all stages
 def load(name: str | PathLike[str]) -> Building:
     """Read a floor file by path or shipped name, or a map's text, and build it.
 
-    Raises MistakesError for mistakes in the drawing, OSError for an unreadable file.
+    Raises MistakesError for mistakes in the drawing, OSError for an unreadable file,
+    InputError for what is neither.
     """
+    if not isinstance(name, str | PathLike):
+        raise InputError(
+            "load takes the name of a map that ships, the path of a floor file, or a "
+            f"map's text, not {name!r:.60}"
+        )
     text = str(name)
     if "\n" in text:  # no path has line ends: it is the map itself
         return build(parse_map(text))
