@@ -66,6 +66,18 @@ def test_what_goes_wrong_there_is_no_error_here(program, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("flag", ["-O", "-OO"])
+def test_it_is_started_with_the_same_flags(flag, tmp_path):
+    """What it compiles is of the same bytecode, and so found again."""
+    program = """
+import sys, pathlib
+pathlib.Path({folder!r}, str(sys.flags.optimize)).touch()
+"""
+    command = COMPILES.format(program=program, folder=str(tmp_path))
+    python(flag, "-c", command).communicate(timeout=60)
+    assert (tmp_path / str(flag.count("O"))).exists()
+
+
 def test_without_a_program_of_its_own_nothing_is_started(tmp_path, monkeypatch):
     """As where Python is part of another program."""
     monkeypatch.setattr(apart.sys, "executable", None)

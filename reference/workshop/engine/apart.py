@@ -29,7 +29,9 @@ def compile_apart(folder: Path) -> None:
     if not sys.executable:  # Python is part of another program
         return
     program = PROGRAM.format(path=sys.path, folder=str(folder))
-    command = [sys.executable, "-c", program]
+    # numba finds what it kept by its bytecode, which these change
+    flags = ["-O"] * sys.flags.optimize
+    command = [sys.executable, *flags, "-c", program]
     with Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=DEVNULL) as process:
         try:
             process.wait()
