@@ -33,7 +33,7 @@ def begun(command, tmp_path, **env):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("command", [EVALUATE, TRAIN])
 def test_a_stop_while_it_compiles_ends_it_at_once(number, command, tmp_path):
-    """Status 130, one message, and no file of compiled code or half of one."""
+    """Status 130, one message, and no file that is half written."""
     cache = {"XDG_CACHE_HOME": str(tmp_path / "cache")}
     # a crash of a library tells where it was
     process = begun(command, tmp_path, **cache, PYTHONFAULTHANDLER="1")
@@ -44,7 +44,7 @@ def test_a_stop_while_it_compiles_ends_it_at_once(number, command, tmp_path):
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
     assert "stopped. Go on with:" in err and "Traceback" not in err
-    assert not [*(tmp_path / "cache").rglob("*.nb?*")]
+    assert not [*(tmp_path / "cache").rglob("*.tmp.*")]
     assert not [*tmp_path.rglob(".*-part*")]
 
 

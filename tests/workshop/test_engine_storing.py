@@ -78,15 +78,25 @@ def test_the_cache_of_other_code_stays_where_it_is(ready, monkeypatch):
     assert numba.config.CACHE_DIR == "elsewhere"
 
 
+def beside(home):
+    """What another checkout of the same code has compiled."""
+    path = storing.folder_of_this_code() / "engine_of_another" / "advance.nbc"
+    path.parent.mkdir(parents=True)
+    path.touch()
+    return path
+
+
 @pytest.mark.parametrize("suffix", [".nbc", ".nbi"])
 @pytest.mark.parametrize("left", [b"", b"\x80\x05half", None])
 def test_a_damaged_file_costs_a_compilation(suffix, left, ready, home):
-    """And is whole again afterwards."""
+    """And is whole again afterwards; another checkout's files stay."""
     ready()
     (path,) = home.rglob(f"*{suffix}")
     path.write_bytes(path.read_bytes()[:100] if left is None else left)
+    others = beside(home)
     assert len(ready()) == 1
     assert ready() == []
+    assert others.exists()
 
 
 def test_a_folder_that_cannot_be_written_costs_a_compilation(ready, home):
@@ -105,6 +115,13 @@ def test_without_a_home_nothing_is_kept(ready, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     assert "cannot be written" in ready()[0]
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_relative_path_is_no_home(monkeypatch, tmp_path):
+    """The rules of XDG_CACHE_HOME say so: the folder would be another one each time."""
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", "cache")
+    assert storing.folder_of_this_code().parent == tmp_path / ".cache" / "fire-rescue"
 
 
 def no_home(path):
@@ -135,6 +152,25 @@ def test_a_stop_leaves_nothing_half_written(ready, home, monkeypatch):
             ready()
     assert files(home) == []
     assert len(ready()) == 1
+
+
+def test_a_stop_leaves_what_is_whole(home, monkeypatch):
+    """What was compiled before it, here and in another checkout."""
+    monkeypatch.setattr(mirrors, "ENTRIES", [])
+    mine = mirrors.compiled(twice, entry=True)
+    monkeypatch.setattr(storing, "ENTRIES", [mine])
+    others = beside(home)
+
+    def stopped(folder):
+        mine(21)
+        half = mine._cache.cache_path + "/advance.nbc.tmp.0123456789abcdef"
+        open(half, "w").close()
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        storing.make_ready(lambda: mine(21), stopped, [].append)
+    assert others.exists()
+    assert files(home) == [".nbc", ".nbc", ".nbi"]
 
 
 def test_what_other_versions_have_left_is_removed_after_a_week(ready, home):

@@ -28,7 +28,7 @@ ENGINE = Path(__file__).parent
 CONFIG: Any = numba.config
 PATIENCE = 3.0  # seconds until one is told for what one waits; loading takes one
 UNUSED_DAYS = 7  # until what another version has compiled is removed
-HALF_WRITTEN = "*/*.tmp.*"  # by numba
+HALF_WRITTEN = "*.tmp.*"  # by numba
 SETTINGS = "NUMBA_"  # begins the names of variables that change what numba makes
 
 
@@ -49,17 +49,17 @@ def make_ready(
     if there:
         with _alone_in(folder, say):
             _keep_entries_in(folder)
-            if _load(first_call, folder):
+            if _load(first_call):
                 return
             say(text)
             try:
                 compile_apart(folder)
             except KeyboardInterrupt:
-                # entries compiled before the stop are whole, but not all
-                _remove(folder.glob("*/*"))
+                # what was compiled before the stop is whole
+                _remove(_kept(HALF_WRITTEN))
                 raise
             _remove_what_nobody_uses(folder)
-            if _load(first_call, folder):
+            if _load(first_call):
                 return
             say(f"nothing could be kept in {folder}: compiling again, for this run")
     else:
@@ -76,8 +76,8 @@ def compile_here(first_call: Callable[[], None], folder: Path) -> None:
         first_call()
 
 
-def _load(first_call: Callable[[], None], folder: Path) -> bool:
-    """Load what a folder keeps; False: something is missing, or damaged and removed.
+def _load(first_call: Callable[[], None]) -> bool:
+    """Load what is kept; False: something is missing, or damaged and removed.
 
     It takes a second, in which a stop waits: in the middle of it Python may crash.
     """
@@ -88,7 +88,7 @@ def _load(first_call: Callable[[], None], folder: Path) -> bool:
         except _MissingError:
             return False
         except Exception:  # of any kind, from a damaged file
-            _remove(folder.glob("*/*"))
+            _remove(_kept("*"))
             return False
     return True
 
@@ -122,10 +122,15 @@ def folder_of_this_code() -> Path:
     processor = cpu_target.target_context.codegen().magic_tuple()
     facts = [numba.__version__, sys.version, processor, *sorted(settings.items())]
     made_of.update(repr([*facts, *_constants()]).encode())
-    home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    return _home() / "fire-rescue" / made_of.hexdigest()[:16]
+
+
+def _home() -> Path:
+    """Where a user's programs keep such things: by XDG's rules, no relative path is."""
+    home = Path(os.environ.get("XDG_CACHE_HOME", ""))
     with suppress(RuntimeError):  # there is no home
-        home = str(Path(home).expanduser())
-    return Path(home, "fire-rescue", made_of.hexdigest()[:16])
+        return home if home.is_absolute() else Path("~/.cache").expanduser()
+    return Path("~/.cache")
 
 
 def _constants() -> Iterator[tuple[str, str, str]]:
@@ -183,6 +188,12 @@ def _alone_in(folder: Path, say: Callable[[str], None]) -> Iterator[None]:
         yield
 
 
+def _kept(pattern: str) -> Iterator[Path]:
+    """Yield files that keep our entries: another checkout's lie in its own subfolder."""
+    for subfolder in {Path(entry._cache.cache_path) for entry in ENTRIES}:
+        yield from subfolder.glob(pattern)
+
+
 def _remove(paths: Iterable[Path]) -> None:
     """Remove files and folders, as far as they can be removed."""
     for path in paths:
@@ -194,7 +205,7 @@ def _remove_what_nobody_uses(mine: Path) -> None:
     """Remove what other versions have left, and what was half written when killed."""
     long_ago = time() - UNUSED_DAYS * 24 * 3600
     others = [path for path in mine.parent.glob("[0-9a-f]*") if len(path.name) == 16]
-    for path in {*others, *mine.glob(HALF_WRITTEN)} - {mine}:
+    for path in {*others, *mine.glob(f"*/{HALF_WRITTEN}")} - {mine}:
         with suppress(OSError):
             if path.stat().st_mtime < long_ago:
                 _remove([path])
