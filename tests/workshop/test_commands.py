@@ -21,6 +21,7 @@ from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from processes import python
 from refusals import refusal
+from trainings import room_for
 
 from reference.__main__ import COMMANDS, main
 from reference.simulation import Simulation
@@ -31,7 +32,7 @@ from reference.workshop.comparing.named import PLAYER_NAMES
 from reference.workshop.engine import to_the_end
 from reference.workshop.maps.generated import generated_text
 from reference.workshop.measuring import bench
-from reference.workshop.storage.files import replacing
+from reference.workshop.storage.files import refuse_unwritable, replacing
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.strategies.fires import BusiestFire
 from reference.workshop.strategies.guides import Escort
@@ -426,6 +427,21 @@ def test_the_first_look_says_that_its_worker_has_died(capsys, filmed, monkeypatc
     assert capsys.readouterr().err == "terminated abruptly\n"
 
 
+def test_figures_are_printed_although_the_film_cannot_be_written(capsys, monkeypatch):
+    """The disk is full at its end; what was played is told first."""
+
+    def animate(simulations, path, headings, going):
+        next(iter(going))
+        raise OSError(f"{path}: cannot be written (No space left on device)")
+
+    monkeypatch.setattr("reference.workshop.drawing.film.animate", animate)
+    command = "evacuate --building tiny --people 2 --episodes 2 --animate film.html"
+    assert main([*command.split(), "--json"]) == 1
+    out, err = capsys.readouterr()
+    assert [run["inside"] for run in json.loads(out)["runs"]] == [0, 0]
+    assert err.endswith("film.html: cannot be written (No space left on device)\n")
+
+
 # -- Outputs ------------------------------------------------------------------------
 
 OUTPUTS = [
@@ -449,6 +465,30 @@ def test_every_file_to_write_may_lie_in_a_folder_that_is_not_there_yet(
     for place in (tmp_path / "file/deeper", Path("/dev/null")):
         with pytest.raises(OSError, match="Name a file in a folder that is yours"):
             told["type"](str(place / f"file{suffix}"))
+
+
+@pytest.mark.parametrize(
+    ("command", "default"),
+    [
+        ([], "evacuation.html"),
+        (["draw", "tiny"], "tiny-top.png"),
+        (["curves", "."], "curves.png"),
+        (["paper"], "paper.html"),
+    ],
+)
+def test_refuses_a_default_that_cannot_be_written(command, default, tmp_path, capsys):
+    """Before anything is played or drawn, as what is typed."""
+    (tmp_path / default).mkdir()
+    status, message = refusal(capsys, *command)
+    assert (status, message.count("\n")) == (1, 1)
+    assert message.startswith(f"{default}: cannot be written (Is a directory)")
+
+
+def test_refuses_a_file_on_a_full_disk():
+    """Before there is anything to write; nothing is left."""
+    with room_for(0), pytest.raises(OSError, match=r"cannot be written \(File too la"):
+        refuse_unwritable(Path("film.gif"))
+    assert list(Path().iterdir()) == []
 
 
 def test_every_output_of_an_evacuation_makes_its_folder():

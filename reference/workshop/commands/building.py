@@ -21,7 +21,12 @@ from reference.workshop.maps.mistakes import Mistake
 from reference.workshop.maps.pages import MOST_FLOORS
 from reference.workshop.maps.repairs import Repair, repair_file, write_new
 from reference.workshop.maps.semantics import touching
-from reference.workshop.storage.files import message_of, read_text, refuse_no_file
+from reference.workshop.storage.files import (
+    message_of,
+    read_text,
+    refuse_no_file,
+    refuse_unwritable,
+)
 from reference.workshop.storage.runs import ContradictionError
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph", "anchors")
@@ -176,9 +181,10 @@ def draw(arguments: Namespace) -> None:
     def work() -> None:
         """Draw it once, and say where."""
         name = f"{find_map(arguments.file).stem}-{arguments.view}.png"
+        path = arguments.output or Path(name)
+        refuse_unwritable(path)
         picture = getattr(drawing, arguments.view)(load(arguments.file))
-        path = drawing.save(picture, arguments.output or Path(name))
-        print(path)
+        print(drawing.save(picture, path))
         if arguments.watch:
             drawing.show(path)
 

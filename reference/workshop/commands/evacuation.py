@@ -2,7 +2,7 @@
 
 from argparse import Namespace
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
 from math import isnan
@@ -13,6 +13,7 @@ from typing import Any
 from tqdm import tqdm
 
 from reference.learning.settings import SIDES
+from reference.simulation import Simulation
 from reference.workshop.commands import options
 from reference.workshop.commands.common import format_table, print_note, print_report
 from reference.workshop.comparing.matches import (
@@ -24,6 +25,7 @@ from reference.workshop.comparing.matches import (
 from reference.workshop.comparing.named import DESCRIPTIONS, describe
 from reference.workshop.measuring.crowding import Crowding
 from reference.workshop.measuring.recording import recording, remarks, ticks
+from reference.workshop.storage.files import refuse_unwritable
 from reference.workshop.storage.runs import ContradictionError
 from reference.workshop.storage.scenarios import list_keys
 from reference.workshop.storage.workers import workers
@@ -59,9 +61,10 @@ MEAN_OUT = {FILMED[0]: 28.9, FILMED[1]: 37.5, LEARNED_TOO: 37.4}
 def first_look(arguments: Namespace) -> None:
     """Plays one seed without guides, with guides, and with robots that learned."""
     seed = CHOSEN_SEED if arguments.seed is None else arguments.seed
+    film = _Film(arguments.animate)
     with workers(1) as other:  # it loads torch, which is slow, in the meantime
         learned = other.submit(_play_one_seed, [LEARNED_TOO], seed)
-        arena, runs = _play_one_seed(FILMED, seed, arguments.animate)
+        arena, runs = _play_one_seed(FILMED, seed, film)
         runs += learned.result()[1]  # its arena is the same
 
     chosen = ", chosen to show the difference early" if seed == CHOSEN_SEED else ""
@@ -73,11 +76,41 @@ def first_look(arguments: Namespace) -> None:
         out = f"{run['evacuated']:3} get out alive, {health}; {mean_out}"
         lines.append(f"{_heading(pair) + ':':33}{out}")
     print_report(arguments, {"seed": seed, "runs": runs}, "\n".join(lines))
-    print_note(f"written: {arguments.animate}")
+    film.tell()
+
+
+class _Film:
+    """The file of a film; why it could not be written is told after the figures."""
+
+    def __init__(self, path: Path):
+        """Raise OSError if it cannot be written now."""
+        refuse_unwritable(path)
+        self.path = path
+        self.error: OSError | None = None
+
+    def make(
+        self,
+        simulations: Sequence[Simulation],
+        headings: Sequence[str],
+        going: Iterator[None],
+    ) -> None:
+        """Film simulations while they run."""
+        from reference.workshop.drawing.film import animate  # loads matplotlib
+
+        try:
+            animate(simulations, self.path, headings, going)
+        except OSError as error:
+            self.error = error
+
+    def tell(self) -> None:
+        """Say that it is written. Raises OSError if it is not."""
+        if self.error:
+            raise self.error
+        print_note(f"written: {self.path}")
 
 
 def _play_one_seed(
-    pairs: Sequence[Pair], seed: int, film: Path | None = None
+    pairs: Sequence[Pair], seed: int, film: _Film | None = None
 ) -> tuple[Arena, list[Facts]]:
     """Play a seed with each pair in the paper's building; return what came of each."""
     robots, fires = zip(*pairs, strict=True)
@@ -138,12 +171,13 @@ def evacuate(arguments: Namespace) -> None:
     crowding = Crowding() if arguments.density else None
 
     played = []
-    film = arguments.animate
+    film = _Film(arguments.animate) if arguments.animate else None
+    filmed = film
     folder = arguments.record
     for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
-        played.append(_play_episode(evaluation, pairs, seed, film, folder, crowding))
+        played.append(_play_episode(evaluation, pairs, seed, filmed, folder, crowding))
         # of the first one only
-        film = None
+        filmed = None
         folder = None
 
     told = [_report(evaluation, runs) for runs in zip(*played, strict=True)]
@@ -158,11 +192,13 @@ def evacuate(arguments: Namespace) -> None:
         guides, foe = pairs[0]
         heading = _heading((titles[guides], titles[foe]))
         save(crowding_map(crowding, heading), arguments.density)
-    for path in (arguments.animate, arguments.record, arguments.density):
+    for path in (arguments.record, arguments.density):
         if path:
             print_note(f"written: {path}")
     for line in remarks(arguments.record) if arguments.record else ():
         print_note(f"in {arguments.record}: {line}")
+    if film:
+        film.tell()
 
 
 FIGURE_TITLES = {"mean_health": "mean health of those out"}
@@ -194,7 +230,7 @@ def _play_episode(
     evaluation: Evaluation,
     pairs: Sequence[Pair],
     seed: int,
-    film: Path | None = None,
+    film: _Film | None = None,
     folder: Path | None = None,
     crowding: Crowding | None = None,
 ) -> list[Facts]:
@@ -212,15 +248,13 @@ def _play_episode(
             notes.append(crowding.watch(simulations[0]))
         going = ticks(simulations, notes)  # nothing is played before it is asked for
         if film:
-            from reference.workshop.drawing.film import animate  # loads matplotlib
-
             titles = evaluation.titles
             headings = [
                 f"{_heading((robots, fire))}\n"
                 f"{_players_in_words(titles[robots], titles[fire])}"
                 for robots, fire in pairs
             ]
-            animate(simulations, film, headings, going)
+            film.make(simulations, headings, going)
         deque(going, maxlen=0)  # plays what a film has not played
 
     facts = []

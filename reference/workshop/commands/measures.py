@@ -17,7 +17,7 @@ from reference.workshop.commands.common import (
 )
 from reference.workshop.maps import load
 from reference.workshop.measuring.validation import CASES, NOT_MODELLED, measure_case
-from reference.workshop.storage.files import write_whole
+from reference.workshop.storage.files import refuse_unwritable, write_whole
 
 LASTS = "all cases take half a minute, more on a busy machine; --only names some"
 
@@ -127,6 +127,7 @@ def paper(arguments: Namespace) -> None:
     """Writes the annotated paper: one page of clauses, code, tests and pictures."""
     from reference.workshop.annotated.page import annotated_page  # loads matplotlib
 
+    refuse_unwritable(arguments.output)
     write_whole(
         arguments.output,
         annotated_page(load("paper"), arguments.output.parent).encode(),

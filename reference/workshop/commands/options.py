@@ -22,6 +22,7 @@ from reference.workshop.comparing.named import (
     Side,
     refuse_unknown,
 )
+from reference.workshop.storage.files import refuse_unwritable
 from reference.workshop.storage.runs import ContradictionError
 from reference.workshop.storage.scenarios import read_stated
 from reference.workshop.strategies.own import CODE
@@ -87,16 +88,11 @@ def output(names: str, ends: str, note: str, default: Path | None = None) -> Opt
     """Declare an option that names a file to write; ends: such as ".png, .pdf"."""
 
     def writable(text: str) -> Path:
-        """Refuse what cannot be written before there is anything to write."""
+        """Refuse what cannot be written; commands ask of their default."""
         path = Path(text)
         if path.suffix.lower() not in ends.split(", "):
             raise ArgumentTypeError(f"'{text}' does not end in one of {ends}")
-        # its folder is made later, but better refused now than after an hour
-        there = next(above for above in path.absolute().parents if above.exists())
-        if path.is_dir() or not there.is_dir() or not os.access(there, os.W_OK):
-            raise OSError(
-                f"{path}: cannot be written. Name a file in a folder that is yours."
-            )
+        refuse_unwritable(path)
         return path
 
     note += f" ({ends}); default: {default}" if default else f" ({ends})"

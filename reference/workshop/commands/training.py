@@ -17,6 +17,7 @@ from reference.workshop.commands.common import (
     shell_line,
 )
 from reference.workshop.comparing.named import PLAYER_NAMES, WORST
+from reference.workshop.storage.files import refuse_unwritable
 from reference.workshop.storage.records import rows_of
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.storage.scenarios import list_keys
@@ -173,6 +174,7 @@ def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or compares several."""
     from reference.workshop.drawing import curves, save  # loads matplotlib
 
+    refuse_unwritable(arguments.output)
     folders = {str(run): run for run in arguments.runs}
     short = {run.resolve().name: run for run in folders.values()}
     if len(short) == len(folders):

@@ -189,7 +189,7 @@ def _alone_in(folder: Path, say: Callable[[str], None]) -> Iterator[None]:
 
 
 def _kept(pattern: str) -> Iterator[Path]:
-    """Yield files that keep our entries: another checkout's lie in its own subfolder."""
+    """Yield files of our entries; another checkout's lie in a subfolder of its own."""
     for subfolder in {Path(entry._cache.cache_path) for entry in ENTRIES}:
         yield from subfolder.glob(pattern)
 

@@ -8,10 +8,12 @@ import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from errno import EISDIR
 from io import StringIO
 from pathlib import Path
 from select import select
 from shutil import rmtree
+from tempfile import TemporaryFile
 from typing import Any, BinaryIO, TypeVar
 
 from reference.paper import InputError
@@ -49,6 +51,19 @@ def _reworded_errors(path: Path, advice: str) -> Iterator[None]:
             raise
         words = f"{path}: cannot be written ({error.strerror}). {advice}"
         raise OSError(words) from error
+
+
+def refuse_unwritable(path: Path) -> None:
+    """Raise OSError for a file that cannot be written: better now than after an hour.
+
+    Its folder is made later.
+    """
+    with _reworded_errors(path, "Name a file in a folder that is yours."):
+        if path.is_dir():
+            raise IsADirectoryError(EISDIR, os.strerror(EISDIR))
+        there = next(above for above in path.absolute().parents if above.exists())
+        with TemporaryFile(dir=there) as file:
+            file.write(b"x")  # the disk may be full
 
 
 @contextmanager
