@@ -261,6 +261,8 @@ def test_a_training_that_cannot_be_leaves_no_workers(capsys):
         (["--fire", "notes.txt"], 1, "notes.txt: is damaged"),
         (["--building", "nowhere"], 1, "nowhere"),
         (["--building", "hut.txt"], 1, "nothing can burn there"),
+        (["--scenario", "time_limit=1"], 1, "fire: nothing to decide in a whole round"),
+        (["--resume", "--out", "no/such/run"], 1, "no/such/run: "),
     ],
 )
 def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path):

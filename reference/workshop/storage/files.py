@@ -77,19 +77,14 @@ def replacing(path: Path) -> Iterator[Path]:
     whole = Path(os.path.realpath(path))  # which also takes a link to itself
     partial = whole.with_name(f".{whole.stem[:40]}-{os.getpid()}-part{whole.suffix}")
     advice = "What was there is as it was. Make room, or name another place."
-    new = [folder for folder in whole.parents if not folder.exists()]
-    try:
-        with _reworded_errors(path, advice):
-            whole.parent.mkdir(parents=True, exist_ok=True)
+    with _reworded_errors(path, advice), folder_for_block(whole.parent):
+        try:
             yield partial
             os.replace(partial, whole)
-    finally:
-        rmtree(partial, ignore_errors=True)
-        with suppress(OSError):
-            partial.unlink()
-        with suppress(OSError):  # one that holds what was written stays
-            for folder in new:
-                folder.rmdir()
+        finally:
+            rmtree(partial, ignore_errors=True)
+            with suppress(OSError):
+                partial.unlink()
 
 
 def write_whole(path: Path, content: bytes | memoryview) -> None:
@@ -110,6 +105,22 @@ def make_folder(folder: Path) -> None:
     """Make the folder, if there is none. Raises OSError with a message for people."""
     with _reworded_errors(folder, "Name another folder."):
         folder.mkdir(parents=True, exist_ok=True)
+
+
+@contextmanager
+def folder_for_block(folder: Path) -> Iterator[None]:
+    """Make the folder, and those on the way to it; remove them if they stay empty.
+
+    Raises OSError with a message for people.
+    """
+    new = [one for one in (folder, *folder.parents) if not one.exists()]
+    try:
+        make_folder(folder)
+        yield
+    finally:
+        with suppress(OSError):  # one that holds something stays
+            for one in new:
+                one.rmdir()
 
 
 # -- Reading ------------------------------------------------------------------------

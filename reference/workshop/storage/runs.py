@@ -15,7 +15,7 @@ from filelock import FileLock, Timeout
 
 import reference
 from reference.paper import InputError
-from reference.workshop.storage.files import errors_naming, make_folder
+from reference.workshop.storage.files import errors_naming, folder_for_block
 from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.records import checked_mapping
 
@@ -44,10 +44,9 @@ def locked(
         return
     if not resume:
         started = start()  # what it refuses leaves no folder behind
-    ours = not folder.exists()
-    make_folder(folder)
     try:
-        with FileLock(folder / LOCK_FILE, blocking=False):  # ends with the process, too
+        # the lock ends with the process, too
+        with folder_for_block(folder), FileLock(folder / LOCK_FILE, blocking=False):
             try:
                 if resume:
                     started = start()
@@ -61,10 +60,6 @@ def locked(
             f"{folder}: another run is at work in it. Wait for its end, or name "
             "another folder."
         ) from None
-    finally:
-        if ours:
-            with suppress(OSError):
-                folder.rmdir()
 
 
 def remove_left_lock(folder: Path) -> None:

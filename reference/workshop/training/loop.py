@@ -19,6 +19,7 @@ from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side
 from reference.workshop.engine import make_ready, together
 from reference.workshop.storage.files import make_folder
+from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.workers import (
     map_as_done,
     map_in_order,
@@ -49,11 +50,12 @@ def run_training(
     The folder gets checkpoints, the first before anything else, and summaries.csv.
     Returns the last checkpoint's path. Raises OSError where nothing can be written. A
     KeyboardInterrupt drops a round that is being played; one that is being learned from
-    ends first. Then a checkpoint is saved, and it is raised.
+    ends first. Then a checkpoint is saved, and it is raised. Raises SettingsError where
+    there is nothing to decide: a folder that was empty is empty again then.
     """
     make_folder(folder)
-    if newest_checkpoint(folder) is None:
-        _save(training, folder, training.learners)
+    begun = newest_checkpoint(folder)
+    first = begun or _save(training, folder, training.learners)
     table = table_until(folder, training.round if training.imitated else -1)
     over = _intervals(training)
     costs = _Costs()
@@ -81,6 +83,11 @@ def run_training(
                         _save(training, folder, due)
     except KeyboardInterrupt:
         _save(training, folder, ())  # a temporary one, to resume from
+        raise
+    except SettingsError:
+        if not begun and not training.round:
+            first.unlink()
+            table.path.unlink()
         raise
     costs.tell()
     return _save(training, folder, training.learners if training.finished else ())
