@@ -31,6 +31,7 @@ from reference.workshop.commands.experiment import experiment
 from reference.workshop.commands.measures import bench, paper, validate
 from reference.workshop.commands.options import Command
 from reference.workshop.commands.training import curves, train
+from reference.workshop.storage.files import is_text
 from reference.workshop.storage.workers import STOPPED_BY, STOPS, stop, stop_again
 
 MAP_COMMANDS = (check, draw, floors)
@@ -82,6 +83,9 @@ def _arguments(argv: Sequence[str] | None) -> Namespace:
         parser = commands.add_parser(name, help=summary, formatter_class=Formatter)
         _describe(parser, command)
 
+    for word in sys.argv[1:] if argv is None else argv:
+        if not is_text(word):
+            top.error(f"{word!a} is no UTF-8, and no record could name it: rename it")
     arguments, unknown = top.parse_known_args(argv)
     if unknown:
         hint = "a map is named by --building; " if "building" in arguments else ""

@@ -593,6 +593,7 @@ def test_people_are_limited_in_one_wording(capsys):
         ("evaluate --people 9000", 1, "fit"),
         (f"curves {'a' * 5000}", 1, "File name too long"),
         ("train --settings /dev/zero", 1, "/dev/zero"),
+        ("evaluate --out caf\udce9", 2, "is no UTF-8, and no record could name it"),
     ],
 )
 def test_refuses_what_cannot_be(command, status, hint, capsys, tmp_path):
@@ -695,7 +696,7 @@ def test_a_stop_after_all_is_done_does_not_change_the_status(number):
     ("command", "status", "message"),
     [
         ("check tiny | sleep 0", 0, ""),
-        ("check tiny > /dev/full", 1, "No space left"),
+        ("check tiny > /dev/full", 1, "stdout: cannot be read or written (No space"),
         ("train --help > /dev/full", 1, "No space left"),
         ("check tiny 2>&-", 0, ""),
         ("check nowhere 2>&-", 1, ""),

@@ -30,7 +30,7 @@ from reference.workshop.comparing.buildings import (
     resume_in_buildings,
 )
 from reference.workshop.drawing.curves import read_summaries as read_summaries
-from reference.workshop.storage.files import read_json
+from reference.workshop.storage.files import read_json, write_json
 from reference.workshop.storage.records import record_from
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.training.mlagents import read_yaml
@@ -192,3 +192,11 @@ def test_refuses_a_damaged_file_by_its_name_or_reads_it(name, whole, monkeypatch
             refused += 1
         path.write_bytes(before)
     assert refused
+
+
+def test_refuses_to_write_a_name_that_is_no_text(tmp_path):
+    """Such as one in Latin-1: nobody could read the record again."""
+    name = b"caf\xe9.pt".decode(errors="surrogateescape")
+    with pytest.raises(InputError, match=r"a\.json: would hold a name"):
+        write_json(tmp_path / "a.json", {"files": {"--robots": name}})
+    assert list(tmp_path.iterdir()) == []

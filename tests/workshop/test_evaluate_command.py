@@ -4,6 +4,7 @@ import csv
 import json
 import re
 import signal
+from pathlib import Path
 
 import pytest
 from trainings import room_for
@@ -11,7 +12,9 @@ from trainings import room_for
 from reference.__main__ import main
 from reference.evaluation import score
 from reference.workshop import drawing
+from reference.workshop.commands import evaluation
 from reference.workshop.comparing import runs
+from reference.workshop.storage import progress
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
@@ -141,12 +144,44 @@ def test_without_a_baseline_the_best_guide_among_the_robots_is_it(capsys):
     "command", [f"{SMALL} --out eval", "evacuate --building tiny --density dense.png"]
 )
 def test_what_was_played_is_told_though_no_picture_can_be_written(command, capsys):
-    """The numbers come first; the disk is full when it is a picture's turn."""
+    """The disk is full when it is a picture's turn."""
     with room_for(5000):
         assert main([*command.split(), "--episodes=1"]) == 1
     said = capsys.readouterr()
     assert "sweep" in said.out
     assert "cannot be written" in said.err.splitlines()[-1]
+
+
+def test_what_is_played_is_told_once(capsys):
+    """Above the table, before anything is played; programs read the report alone."""
+    head = "Tiny office, 6 people: 1 robots x 1 fires x 2 seeds from 0 on, 2 runs"
+    assert main([*SMALL.split(), "--episodes=2"]) == 0
+    out, err = capsys.readouterr()
+    assert (out.splitlines()[0], out.count(head), head in err) == (head, 1, False)
+    evaluated(capsys, "--episodes 2")
+
+
+def test_where_no_bar_is_seen_a_line_tells_what_is_done(capsys, monkeypatch):
+    """At most one a minute, and how long the rest takes."""
+    monkeypatch.setattr(progress, "SECONDS_BETWEEN", 0.0)
+    assert main([*SMALL.split(), "--episodes=2"]) == 0
+    told = [line for line in capsys.readouterr().err.splitlines() if "done" in line]
+    assert [line.split(",")[:2] for line in told] == [
+        ["1 runs", " 50% done"],
+        ["2 runs", " 100% done"],
+    ]
+    assert all(re.search(r"done, \d\d:\d\d left$", line) for line in told)
+
+
+def test_what_is_kept_is_there_though_nothing_can_be_printed(monkeypatch):
+    """Files first: stdout may be a full disk."""
+
+    def full(*_):
+        raise OSError("stdout: cannot be written (No space left on device)")
+
+    monkeypatch.setattr(evaluation, "print_report", full)
+    assert main(f"{SMALL} --out eval --episodes 1".split()) == 1
+    assert Path("eval/cells.json").exists() and Path("eval/matrix.png").exists()
 
 
 def test_who_stops_is_told_how_to_go_on(monkeypatch, capsys):

@@ -30,7 +30,7 @@ def exit_status(run: Callable[[], object]) -> int:
         try:
             run()
         finally:
-            sys.stdout.flush()
+            _print_all()
     except KeyboardInterrupt as stopped:  # its text, if any, says what is kept
         return complain(str(stopped) or STOPPED, 130)
     except NO_BUGS as error:
@@ -47,6 +47,15 @@ def complain(message: str, status: int) -> int:
     with suppress(OSError):  # stderr is closed
         print(message, file=sys.stderr)
     return status
+
+
+def _print_all() -> None:
+    """Let nothing wait to be printed. Raises OSError that names stdout."""
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        error.filename = "stdout"
+        raise
 
 
 def _drop_unprinted() -> None:

@@ -75,30 +75,36 @@ def evaluate(arguments: Namespace) -> None:
         if baseline and baseline not in robots:
             wanted = f"--baseline {baseline}: add it to --robots."
             raise ContradictionError(wanted + did_you_mean(baseline, robots))
-        _print_what_is_played(evaluations)
+        _print_what_is_played(arguments, evaluations)
         played = buildings.play_in_buildings(evaluations, out, executor)
         if len(evaluations) > 1:
-            _print_and_keep_all(arguments, evaluations, played)
+            _keep_and_print_all(arguments, evaluations, played)
         else:
             (evaluation,) = evaluations.values()
             (found,) = played.values()
             summary = _sum_up(arguments, evaluation, found)
-            print_report(arguments, summary.report, summary.text())
-            if out:  # last: whatever cannot be written, the table has been told
-                _keep(out, summary)
-                print_note(f"tables and pictures are in {out}")
+            try:
+                if out:
+                    _keep(out, summary)
+                    print_note(f"tables and pictures are in {out}")
+            finally:  # whatever cannot be written, the table is told
+                print_report(arguments, summary.report, summary.text())
 
 
-def _print_what_is_played(evaluations: Evaluations) -> None:
-    """Print what is played in each building, and what is unexpected there, once."""
-    printed = set[str]()
+def _print_what_is_played(arguments: Namespace, evaluations: Evaluations) -> None:
+    """Print what is played in each building, and what is unexpected there, once.
+
+    It stands above the tables, or on stderr where programs read the report.
+    """
+    lines = list[str]()
     for name, evaluation in evaluations.items():
         head = f"{name}: " if len(evaluations) > 1 else ""
-        print_note(head + evaluation.about())
-        for line in matches.notes(evaluation):
-            if line not in printed:
-                print_note(line)
-            printed.add(line)
+        lines += [head + evaluation.about(), *matches.notes(evaluation)]
+    words = "\n".join(dict.fromkeys(lines))
+    if arguments.json:
+        print_note(words)
+    else:
+        print(words, flush=True)
 
 
 def _begin_or_resume(arguments: Namespace) -> dict[str, Evaluation]:
@@ -132,12 +138,10 @@ class SummedUp:
     report: dict[str, Any]
 
     def text(self) -> str:
-        """Write all of it for people."""
+        """Write it for people, as a table and what to know of it."""
         ruler = paper_ruler()
         baseline = self.baseline
         lines = [
-            self.evaluation.about(),
-            *self.report["notes"],
             results.table(self.cells, baseline=baseline.robots if baseline else None),
             OVER_RUNS if self.evaluation.episodes > 1 else ONE_RUN,
             f"score E: by the paper's ruler, on which 1 is the paper's baseline in the "
@@ -174,10 +178,10 @@ def _keep(folder: Path, summary: SummedUp) -> None:
     _draw(folder, arena, summary.baseline, summary.cells, summary.played)
 
 
-def _print_and_keep_all(
+def _keep_and_print_all(
     arguments: Namespace, evaluations: Evaluations, played: Played
 ) -> None:
-    """Print and keep what several buildings come to, and their differences."""
+    """Keep and print what several buildings come to, and their differences."""
     summaries = {
         name: _sum_up(arguments, evaluation, played[name])
         for name, evaluation in evaluations.items()
@@ -187,30 +191,40 @@ def _print_and_keep_all(
         "buildings": [summary.report for summary in summaries.values()],
         "comparison": [results.cell_as_json(each) for each in figures],
     }
-    notes = [note for each in summaries.values() for note in each.report["notes"]]
     text = [
-        *(f"{name}: {each.about()}" for name, each in evaluations.items()),
-        *dict.fromkeys(notes),
         buildings.table_of_buildings(figures),
         "[95 % bootstrap intervals over runs; of differences, over seeds]",
         "half out, last out: of those who got out; died on floor: people a run",
         "reward, h and E are of one building each: --json and --out tell them",
     ]
-    print_report(arguments, report, "\n".join(text))
     out = arguments.out
-    if not out:
-        return
-    for name, folder in buildings.folders_of(evaluations, out).items():
-        if folder:
-            _keep(folder, summaries[name])
-    write_json(out / "comparison.json", report)
+    try:
+        if out:
+            for name, folder in buildings.folders_of(evaluations, out).items():
+                if folder:
+                    _keep(folder, summaries[name])
+            _keep_comparison(out, evaluations, played, figures, report)
+            print_note(
+                f"tables and pictures are in {out}, those of a building below it"
+            )
+    finally:  # whatever cannot be written, the table is told
+        print_report(arguments, report, "\n".join(text))
 
+
+def _keep_comparison(
+    folder: Path,
+    evaluations: Evaluations,
+    played: Played,
+    figures: Any,
+    report: dict[str, Any],
+) -> None:
+    """Write what several buildings come to, and draw them side by side."""
     from reference.workshop.drawing import save
     from reference.workshop.drawing.buildings import side_by_side
 
+    write_json(folder / "comparison.json", report)
     drawn = {name: each.arena.drawn for name, each in evaluations.items()}
-    save(side_by_side(drawn, played, figures), out / "buildings.png")
-    print_note(f"tables and pictures are in {out}, those of a building below it")
+    save(side_by_side(drawn, played, figures), folder / "buildings.png")
 
 
 def _with_titles(rows: Sequence[Met], evaluation: Evaluation) -> list[Met]:

@@ -5,6 +5,7 @@ and the same randomness of the fire, whoever guides.  A row is written at once w
 run is over, so that an interruption loses no more than the runs that were being played.
 """
 
+import sys
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -26,13 +27,14 @@ from reference.workshop.comparing import matches
 from reference.workshop.comparing.matches import Arena, Evaluation, RunKey
 from reference.workshop.engine import make_ready, to_the_end
 from reference.workshop.storage.files import Table, make_folder, read_number, read_table
+from reference.workshop.storage.progress import Pace
 from reference.workshop.storage.workers import chunks, import_early, map_as_done
 from reference.world import Died, Evacuated
 
 RUNS_FILE = "runs.csv"
 RUNS_PER_JOB = 16  # at most: fewer where workers would wait
 # of a worker, at least: progress is seen, and all end at about the same time
-JOBS_PER_WORKER = 4
+JOBS_PER_WORKER = 20
 DECIMALS_WRITTEN = 6  # of a number that is written, after the point
 NO_FIRE = "none"
 
@@ -118,6 +120,7 @@ def play_evaluation(
         import_early(executor, (__name__, "reference.workshop.engine.going"), len(jobs))
         make_ready()
     begun = len(runs) - len(left)
+    pace = Pace(len(runs), begun)
     bar = tqdm(total=len(runs), initial=begun, unit="run", disable=None, leave=False)
     with bar:
         for _, results in map_as_done(executor, play_runs, jobs):
@@ -125,6 +128,8 @@ def play_evaluation(
             if table:
                 table.append(map(row_of, results))
             bar.update(len(results))
+            if bar.disable and pace.due:
+                print(f"{len(done)} runs, {pace.in_words(len(done))}", file=sys.stderr)
 
     ordered = [done[run] for run in runs]
     if folder:

@@ -96,9 +96,23 @@ def write_whole(path: Path, content: bytes | memoryview) -> None:
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write an object for `read_json`, whole or not at all. Raises OSError."""
+    """Write an object for `read_json`, whole or not at all.
+
+    Raises InputError for a name in it that is no text, OSError.
+    """
     text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+    if not is_text(text):
+        raise InputError(f"{path}: would hold a name that is no UTF-8. Rename it.")
     write_whole(path, text.encode())
+
+
+def is_text(word: str) -> bool:
+    """Whether UTF-8 can write it: names of files may be any bytes."""
+    try:
+        word.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def make_folder(folder: Path) -> None:
@@ -166,8 +180,8 @@ def read_json(path: Path) -> dict[str, Any]:
     text = read_text(path)
     with suppress(ValueError, RecursionError):
         content = json.loads(text)
-        if isinstance(content, dict):
-            json.dumps(content, ensure_ascii=False).encode()  # can be written, too
+        writable = is_text(json.dumps(content, ensure_ascii=False))
+        if isinstance(content, dict) and writable:
             return content
     raise InputError(f"{path}: is no JSON object, or is damaged. Name another file.")
 

@@ -19,6 +19,7 @@ from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side
 from reference.workshop.engine import make_ready, together
 from reference.workshop.storage.files import make_folder
+from reference.workshop.storage.progress import Pace
 from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.workers import (
     map_as_done,
@@ -63,6 +64,7 @@ def run_training(
         make_ready()
     try:
         with _bar(training) as bar:
+            pace = Pace(bar.total, bar.n)
             while not training.finished and not stop():
                 # PLAY
                 if training.task.family is None:
@@ -74,7 +76,7 @@ def run_training(
                     rows = training.learn(episodes)
                     # TELL
                     table.append(rows)
-                    _show(bar, training, rows)
+                    _show(bar, pace, training, rows)
                     # KEEP
                     before = over
                     over = _intervals(training)
@@ -177,7 +179,7 @@ def _bar(training: Training) -> "tqdm[NoReturn]":
 
 
 def _show(
-    bar: "tqdm[NoReturn]", training: Training, rows: Sequence[SummaryRow]
+    bar: "tqdm[NoReturn]", pace: Pace, training: Training, rows: Sequence[SummaryRow]
 ) -> None:
     """Show the progress; where there is no terminal, print the rows."""
     bar.update(bar.total - training.left - bar.n)
@@ -193,4 +195,5 @@ def _show(
         if SIGNAL in row and EXPLAINED in row:
             line += f", signal / noise {row[SIGNAL]:.2f}"
             line += f", the critic explains {row[EXPLAINED]:.0%}"
-        print(line, file=sys.stderr)
+        done = bar.total - training.left
+        print(f"{line}; {pace.in_words(done)}", file=sys.stderr)

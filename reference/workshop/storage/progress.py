@@ -1,0 +1,33 @@
+"""How much of long work is done, in words, where no bar of tqdm is seen."""
+
+from time import monotonic
+
+from tqdm import tqdm
+
+SECONDS_BETWEEN = 60.0  # from one line to the next
+
+
+class Pace:
+    """Tells which share is done, and how long the rest takes at the pace so far.
+
+    total  what there is to do;  first  what was done when it began
+    """
+
+    def __init__(self, total: int, first: int = 0):
+        self.total = total
+        self.first = first
+        self.begin = monotonic()
+        self.told = self.begin  # when it was asked for last
+
+    @property
+    def due(self) -> bool:
+        """Whether nothing was told for a while."""
+        return monotonic() - self.told >= SECONDS_BETWEEN
+
+    def in_words(self, done: int) -> str:
+        """Say how much is done, and the time left."""
+        self.told = monotonic()
+        share = done / self.total
+        each = (self.told - self.begin) / max(1, done - self.first)
+        left = tqdm.format_interval(each * (self.total - done))
+        return f"{share:.0%} done, {left} left"
