@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import matplotlib
 import numpy as np
 import pytest
 import torch
@@ -169,6 +170,15 @@ def test_several_trainings_have_a_colour_and_a_name_each(run):
     assert "head: floor, mixture, set" in legend.get_title().get_text()
 
 
+def test_where_one_side_learns_nothing_is_said_of_the_other(run):
+    """Nor of running means, where rows are wider apart than one."""
+    said = writing(curves.learning_curves([run("a", [("robots", 6)])]))
+    assert {"episodes played", "decisions of the robots"} <= {*said}
+    assert not any("bold" in words or "sides" in words for words in said)
+    long = writing(curves.learning_curves([run("b", [("robots", 200)])]))
+    assert any("bold: running means over 5%" in words for words in long)
+
+
 @pytest.mark.parametrize("count", [1, 2])
 def test_the_dashed_baseline_is_dashed_in_all_its_lines(run, count):
     """Faint or bold, of one training or of two."""
@@ -229,6 +239,11 @@ def test_decisions_stand_above_as_a_training_counts_them(run):
     assert above.transData.transform([(6000.0, 0)])[0, 0] == pytest.approx(
         across, abs=1
     )
+
+
+def test_long_noisy_lines_are_painted_in_pieces():
+    """As a whole one of a long training takes ten seconds, and there are a dozen."""
+    assert 0 < matplotlib.rcParams["agg.path.chunksize"] <= 10_000
 
 
 @pytest.mark.parametrize(("phases", "count"), [(IMITATED, 1), (TOGETHER, 3)])

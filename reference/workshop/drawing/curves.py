@@ -179,6 +179,7 @@ def learning_curves(
     teams = [OTHERS[k % len(OTHERS)] for k in range(len(runs))]
 
     looks: dict[str, Style] = {}
+    smoothed = False
     for axes, (title, found) in zip(column, panels.items(), strict=True):
         axes.grid(axis="y")
         axes.set_title(title)
@@ -192,11 +193,16 @@ def learning_curves(
                     axes.plot(x, y, **LOOKS[label], lw=0.9, alpha=0.4)
                 else:
                     look = look | {"color": teams[which]}
-                axes.plot(x, smooth(x, y), **look)
+                means = smooth(x, y)
+                smoothed |= not np.allclose(means, y)
+                axes.plot(x, means, **look)
 
-    column[-1].set_xlabel("episodes played by both sides")
+    column[-1].set_xlabel("episodes played")
     column[-1].xaxis.set_major_formatter(_in_thousands)
-    words = [f"running means over {SMOOTHING:.0%} of the episodes"]
+    words = list[str]()
+    if smoothed:  # else there are so few rows that each is its own mean
+        bold = "bold: " if len(runs) == 1 else ""
+        words.append(f"{bold}running means over {SMOOTHING:.0%} of the episodes")
     if levels:
         looks |= _add_levels(dict(zip(panels, column, strict=True)), levels)
         words.append(f"{', '.join(levels.means)}: {levels.about}")
@@ -208,7 +214,6 @@ def learning_curves(
             for run, colour in zip(runs, teams, strict=True)
         ]
     else:
-        words[0] = f"bold: {words[0]}"
         _add_decisions(column[0], runs[0])
     title = "\n".join(fill(line, MOST_SIGNS) for line in words if line)
     page.legend(whole, handles, title=title, handlelength=2.8, ncols=4)
@@ -250,7 +255,7 @@ def decisions_of(run: TrainingTable) -> np.ndarray:
 
 
 def _add_decisions(axes: Axes, run: TrainingTable) -> None:
-    """Tell decisions of both sides above a panel."""
+    """Tell decisions of those who learned above a panel."""
     # of rows after as many episodes, the last one counts
     rows = run.columns["episodes"][::-1]
     episodes, last = np.unique(rows, return_index=True)
@@ -271,7 +276,9 @@ def _add_decisions(axes: Axes, run: TrainingTable) -> None:
             lambda x: np.interp(np.asarray(x), decisions, episodes),
         ),
     )
-    above.set_xlabel("decisions of all sides")
+    sides = dict.fromkeys(run.columns["side"])
+    whose = f"the {next(iter(sides))}" if len(sides) == 1 else "all sides"
+    above.set_xlabel(f"decisions of {whose}")
     above.xaxis.set_major_formatter(_in_thousands)
     axes.set_title(axes.get_title("left"), pad=34, loc="left")
 
