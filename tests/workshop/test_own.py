@@ -122,6 +122,19 @@ def test_refuses_a_decision_that_is_none(side, answer, mine, capsys):
     )
 
 
+def test_a_slip_in_the_syntax_is_shown_where_it_is(mine, capsys):
+    """The file, the line and a caret, without the way that led there."""
+    Path(f"{mine}.py").write_text("class Guide:\n    def decide(self:\n")
+    words = f"evacuate --building tiny --robots {mine}:Guide"
+    status, message = refusal(capsys, *words.split())
+    lines = message.splitlines()
+    assert (status, lines[0]) == (1, f"{mine}:Guide: its module is no Python.")
+    assert lines[1].endswith(f'{mine}.py", line 2')
+    assert lines[2].strip() == "def decide(self:"
+    assert lines[3].strip() == "^"
+    assert len(lines) == 5
+
+
 def test_a_file_that_code_itself_misses_is_told_with_its_line(mine):
     """Not as one that the command misses."""
     write(mine, "open('nowhere/at-all')")

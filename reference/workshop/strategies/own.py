@@ -33,6 +33,7 @@ from importlib import import_module
 from inspect import isgenerator, signature
 from multiprocessing import parent_process
 from pathlib import Path
+from traceback import format_exception_only
 from types import ModuleType
 from typing import Any
 
@@ -313,6 +314,11 @@ def _import_module(word: str) -> ModuleType:
     try:
         with _own_code(word, "its module"):
             return import_module(name)
+    except SyntaxError as error:
+        if not Path(error.filename or "").is_file():  # of code that a string holds
+            raise
+        page = "".join(format_exception_only(error)).rstrip()
+        raise InputError(f"{word}: its module is no Python.\n{page}") from None
     except ModuleNotFoundError as error:
         if not f"{name}.".startswith(f"{error.name}."):
             raise  # it is there, but imports what is not
