@@ -118,11 +118,11 @@ def _refuse(mistakes: Iterable[Mistake], path: str, stage: int = 0) -> None:
         raise MistakesError(path, ordered, stage)
 
 
-def find_map(name: str | PathLike[str]) -> Path:
+def find_map(name: str | PathLike[str], also: Iterable[str] = ()) -> Path:
     """Find a floor file by its path, or by the bare name of one that ships.
 
-    Raises FileNotFoundError with the names that ship, IsADirectoryError for a folder,
-    OSError for no possible path.
+    also: other words that may be meant, for the message. Raises FileNotFoundError with
+    the names that ship, IsADirectoryError for a folder, OSError for no possible path.
     """
     path = Path(name)
     bare = str(name).removesuffix(".txt")
@@ -136,7 +136,8 @@ def find_map(name: str | PathLike[str]) -> Path:
     if str(name) and path.is_dir():
         raise IsADirectoryError(f"'{name}' is a folder, no floor file.\nhint: {hint}")
     raise FileNotFoundError(
-        f"there is no floor file '{name}'.{did_you_mean(bare, shipped)}\nhint: {hint}"
+        f"there is no floor file '{name}'.{did_you_mean(bare, [*shipped, *also])}\n"
+        f"hint: {hint}"
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from reference.building import Kind, building_of
+from reference.building import Building, Kind, building_of
 from reference.learning.rollouts import Job
 from reference.paper import InputError
 from reference.workshop import maps
@@ -94,7 +94,7 @@ def family_of(words: Sequence[str], stated: Mapping[str, Any]) -> Family | None:
             return None
         if len({*words}) < len(words):
             raise InputError("--building: a map is named twice. Name it once.")
-        plans = [maps.plan_of(maps.load(word)) for word in words]
+        plans = [maps.plan_of(map_named(word)) for word in words]
         return Family(tuple(words), tuple(plans))
 
     if len(words) > 1:
@@ -110,6 +110,13 @@ def family_of(words: Sequence[str], stated: Mapping[str, Any]) -> Family | None:
         if name in stated:
             fixed[name] = (stated[name], stated[name])
     return Family(number=_number(random), **fixed)
+
+
+def map_named(word: str) -> Building:
+    """Load the map of a word; a slip of the pen may mean `random`. Raises as `load`."""
+    if "\n" not in word:
+        maps.find_map(word, (RANDOM,))
+    return maps.load(word)
 
 
 def _number(word: str) -> int:

@@ -16,7 +16,7 @@ from reference.workshop.storage.runs import refuse_numbers, refuse_version
 from reference.workshop.storage.scenarios import kept_fields, with_stated
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import CheckpointError, Task
-from reference.workshop.training.families import RANDOM, Family, family_of
+from reference.workshop.training.families import RANDOM, Family, family_of, map_named
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import fixed_player
 from reference.workshop.training.presets import Settings, preset
@@ -39,7 +39,7 @@ def begin_training(asked: Namespace) -> Training:
     settings = _settings(asked)
     names = asked.building or [DEFAULT_BUILDINGS.get(settings.preset, "paper")]
     family = family_of(names, asked.scenario or {})
-    building = maps.load(names[0]) if family is None else None
+    building = map_named(names[0]) if family is None else None
     scenario = settings.scenario
 
     # who does not learn
