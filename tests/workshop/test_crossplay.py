@@ -361,7 +361,7 @@ def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
             "runs.csv",
             "times,deaths\n",
             "times,deaths\nsweep,random\n",
-            "runs.csv:2: this row is damaged",
+            r"runs.csv:2: this row is damaged \(it has 2 cells, the table 15 columns\)",
         ),
     ],
 )

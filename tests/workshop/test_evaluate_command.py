@@ -114,7 +114,7 @@ def test_a_baseline_whose_runs_give_no_k_is_measured_by_the_papers(capsys):
     assert main(f"{AGAIN} --baseline sweep".split()) == 0
     _, heads, _, _, _, why = capsys.readouterr().out.splitlines()
     assert "score E" in heads and "E, sweep = 1" in heads
-    told = "sweep, as asked, scores 1 .* k = 0.009, the paper's, since .*1 runs make no"
+    told = "sweep, as asked, scores 1 .* k = 0.009, the paper's, as .*1 runs make no"
     assert re.search(told, why)
 
 

@@ -79,8 +79,8 @@ class Baseline:
         """Say in a line which E is 1."""
         return (
             f"E, {self.robots} = 1: {self.robots}, {self.why}, scores 1 on average "
-            f"over these fires: k = {self.ruler.k:.3g}, {self.how}, beta = "
-            f"{self.ruler.beta:,.4g}"
+            f"over these fires: beta = {self.ruler.beta:,.4g}, k = "
+            f"{self.ruler.k:.3g}, {self.how}"
         )
 
 
@@ -150,7 +150,7 @@ def baseline_of(
         ruler = ruler_of(results, robots, worst, best)
     except RulerError as error:
         beta = _mean_score(results, robots, unit)
-        how = f"the paper's, since there is none by its runs ({error})"
+        how = f"the paper's, as these runs do not measure it ({error})"
         return Baseline(robots, replace(unit, beta=beta), why, how)
     return Baseline(robots, ruler, why, "by its runs")
 

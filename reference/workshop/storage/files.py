@@ -231,12 +231,19 @@ def read_table(
         raise InputError(f"{path}: is no table of these runs. Name another folder.")
     lines = csv.reader(StringIO(rows))
     try:
-        return [made(dict(zip(columns, row, strict=True))) for row in lines if row]
+        return [made(_by_column(columns, row)) for row in lines if row]
     except (ValueError, csv.Error) as error:
         raise InputError(
             f"{path}:{lines.line_num + 1}: this row is damaged ({error!s:.99}). Remove "
             "it, or begin anew in another folder."
         ) from error
+
+
+def _by_column(columns: Sequence[str], row: Sequence[str]) -> dict[str, str]:
+    """Name a row's cells. Raises InputError where some are missing, or too many."""
+    if len(row) != len(columns):
+        raise InputError(f"it has {len(row)} cells, the table {len(columns)} columns")
+    return dict(zip(columns, row, strict=True))
 
 
 def read_number(cell: str) -> float:
