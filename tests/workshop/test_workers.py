@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import time
 from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 from multiprocessing import active_children
@@ -170,6 +171,24 @@ def test_a_worker_hears_no_signal_not_even_while_it_starts():
             os.kill(started[0].pid, number)
         assert job.result() == 4
     assert not started[0].is_alive()
+
+
+class Enough(BaseException):
+    """An exception of one's own that `except Exception` does not catch."""
+
+
+def raise_enough(*_):
+    """Do no job."""
+    raise Enough("said")
+
+
+def test_what_is_no_error_ends_a_job_but_no_worker():
+    """Nor this process, with a status that says that all is well."""
+    with workers(1) as pool:
+        for job, told in ((raise_enough, "Enough: said"), (sys.exit, "SystemExit: 0")):
+            with pytest.raises(RuntimeError, match=told) as raised:
+                pool.submit(job, 0).result()
+            assert "In a worker" in raised.value.__notes__[0]
 
 
 def test_a_pool_that_lost_a_worker_ends():

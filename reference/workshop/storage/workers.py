@@ -287,20 +287,24 @@ def _answer(job: bytes) -> bytes:
     try:
         fn, args, kwargs = pickle.loads(job)
         return pickle.dumps((fn(*args, **kwargs), None))
-    except Exception as error:
+    except BaseException as error:  # signals are ignored: it is the job's own
         error.add_note(f"In a worker:\n{format_exc()}")
         return pickle.dumps((None, _that_travels(error)))
 
 
-def _that_travels(error: Exception) -> Exception:
-    """The exception, or one with its text where it cannot be pickled and read again."""
-    try:
+def _that_travels(error: BaseException) -> Exception:
+    """The exception, or an error with its text.
+
+    That is for what cannot be pickled and read again, and for what is no error, such
+    as SystemExit: it would end the process that has asked.
+    """
+    with suppress(Exception):  # of any kind
         pickle.loads(pickle.dumps(error))
-    except Exception:  # of any kind
-        told = RuntimeError(f"{type(error).__name__}: {error}")
-        told.add_note(error.__notes__[-1])
-        return told
-    return error
+        if isinstance(error, Exception):
+            return error
+    told = RuntimeError(f"{type(error).__name__}: {error}")
+    told.add_note(error.__notes__[-1])
+    return told
 
 
 def _end_with_parent() -> None:
