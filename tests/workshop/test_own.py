@@ -105,8 +105,15 @@ def test_refuses_code_that_is_not_there_or_cannot_play(
         ("robots", "[(float('nan'), 1.0)] * len(asked[1])"),
         ("robots", "['ab'] * len(asked[1])"),
         ("robots", "__import__('numpy').zeros((4, 3))"),
+        ("robots", "__import__('numpy').ma.masked_all((4, 2))"),
+        ("robots", "[(__import__('numpy').complex128(1), 1.0)] * len(asked[1])"),
+        ("robots", "[(1.0, 2e6)] * len(asked[1])"),
+        ("robots", "[(1.0, -(10**400))] * len(asked[1])"),
         ("fire", "(0, 1.0)"),
         ("fire", "(float('inf'), 1.0, 1.0)"),
+        ("fire", "(0, 1e300, 1.0)"),
+        ("fire", "(None, 1.0, 1.0)"),
+        ("fire", "__import__('numpy').array(3.0)"),
     ],
 )
 def test_refuses_a_decision_that_is_none(side, answer, mine, capsys):
@@ -143,15 +150,96 @@ def test_a_file_that_code_itself_misses_is_told_with_its_line(mine):
     assert isinstance(raised.value.__cause__, FileNotFoundError)
 
 
-def test_a_decision_that_is_yielded_is_code_of_ones_own_too(mine, capsys):
-    """What it prints goes to stderr, what it changes is refused."""
-    write(mine, "yield from (print('me') for _ in asked[1])")
-    assert main(f"{MATCH} {mine}:Odd --json".split()) == 0
+ANSWERS_LATE = """
+class Number:
+    def __init__(self, act):
+        self.act = act
+    def __float__(self):
+        self.act()
+        return 1.0
+class Place(Number):
+    def __iter__(self):
+        yield self.act() or 1.0
+        yield 1.0
+class Odd:
+    def decide(self, world, robots, rng):
+        def act(*robot):
+            return DO
+        ANSWER
+"""
+LATE = {
+    "yielded": "yield from map(act, robots)",
+    "mapped": "return map(act, robots)",
+    "a place of its own": "return [Place(act) for _ in robots]",
+    "a number of its own": "return [(Number(act), 1.0) for _ in robots]",
+}
+
+
+@pytest.fixture(params=LATE)
+def late(request, mine):
+    """Write code that does something when its answer is read; make the strategy."""
+
+    def writing(do):
+        code = ANSWERS_LATE.replace("DO", do).replace("ANSWER", LATE[request.param])
+        Path(f"{mine}.py").write_text(code)
+        return from_code(f"{mine}:Odd", "robots")
+
+    return writing
+
+
+def first_tick(robots=None, fire=None):
+    """Play a tick, in which both sides decide."""
+    world = Simulation(shipped("tiny"), Scenario(people=2), robots, fire)
+    world.step()
+    return world
+
+
+def test_an_answer_that_is_read_late_is_code_of_ones_own_too(late, capsys):
+    """What it prints goes to stderr; what it changes and what it ends is refused."""
+    first_tick(late("print('me')"))
     told = capsys.readouterr()
-    assert json.loads(told.out) and "me" in told.err
-    write(mine, "asked[0].bodies.health[:] = 7; yield from [None] * len(asked[1])")
-    found, message = refusal(capsys, *f"{MATCH} {mine}:Odd".split())
-    assert (found, "health" in message) == (1, True)
+    assert (told.out, told.err) == ("", "me\n" * 4)
+    with pytest.raises(InputError, match=r"changes world\.bodies\.health"):
+        first_tick(late("world.bodies.health.fill(7)"))
+    with pytest.raises(InputError, match=r"ends the program by SystemExit\(0\)"):
+        first_tick(late("exit(0)"))
+
+
+@pytest.mark.parametrize("kind", [KeyError, TypeError, ValueError])
+def test_what_an_answer_raises_when_it_is_read_is_told_with_its_time(kind, late):
+    """It is a slip in the code, not a decision that is none."""
+    with pytest.raises(kind) as raised:
+        first_tick(late(f"exec('raise {kind.__name__}')"))
+    assert "Odd: decide raised this after 0 s" in raised.value.__notes__[0]
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        "iter(int, 1)",
+        "map(iter, [int] * 9, [1] * 9)",
+        "[iter(lambda: 1.0, 2)] * len(asked[1])",
+    ],
+)
+def test_refuses_an_answer_without_end(answer, mine):
+    """One item too many is enough to see it."""
+    write(mine, f"return {answer}")
+    with pytest.raises(InputError, match=f"{mine}:Odd: decide "):
+        first_tick(from_code(f"{mine}:Odd", "robots"))
+
+
+def test_a_decision_is_plain_numbers_whatever_it_was_written_in(mine):
+    """Arrays, also of single places and numbers; what is masked is no number."""
+    write(mine, "import numpy as np; return [None, np.ones(2), (np.float32(2), 3)]")
+    world = first_tick().world
+    strategy = from_code(f"{mine}:Odd", "robots")
+    found = strategy.decide(world, [None] * 3, None)
+    assert found == [None, (1.0, 1.0), (2.0, 3.0)]
+    assert {type(x) for place in found[1:] for x in place} == {float}
+    write(mine, "import numpy as np; return np.array([1, 2, 3])")
+    found = from_code(f"{mine}:Odd", "fire").decide(world, None)
+    assert found == (1, 2.0, 3.0)
+    assert [type(x) for x in found] == [int, float, float]
 
 
 def test_what_code_itself_raises_is_not_told_as_a_slip_in_its_name(mine):
@@ -351,6 +439,8 @@ ENDS = {  # what is written, at what the message points
     "class Odd:\n    def decide(self, *asked):\n        exit(0)\n": "decide ends",
     "class Odd:\n    def __init__(self):\n        exit(0)\n": "it ends",
     "exit(0)\n": "its module ends",
+    "class Odd:\n    def decide(self, *asked): pass\n"
+    "    def __deepcopy__(self, memo): exit(0)\n": "copying it ends",
 }
 
 
@@ -373,6 +463,13 @@ def test_a_ctrl_c_that_code_raises_by_itself_is_told_by_a_worker(mine, capsys):
     assert (status, told in message) == (1, True)
 
 
+def test_an_exception_of_its_own_that_is_no_error_is_told(mine):
+    """It would end this program as SystemExit does."""
+    write(mine, "raise type('Enough', (BaseException,), {})('said')")
+    with pytest.raises(InputError, match=r"ends the program by Enough\(said\)\."):
+        first_tick(from_code(f"{mine}:Odd", "robots"))
+
+
 @pytest.mark.parametrize(
     ("code", "told"),
     [
@@ -385,6 +482,15 @@ def test_a_ctrl_c_that_code_raises_by_itself_is_told_by_a_worker(mine, capsys):
             "class Odd:\n    def decide(self, *asked): pass\n"
             "    def __init__(self): self.f = (i for i in ())",
             "cannot be copied",
+        ),
+        (
+            "class Odd:\n    def decide(self, *asked): pass\n"
+            "    def __deepcopy__(self, memo): pass",
+            "cannot be copied (its copy is None)",
+        ),
+        (
+            "class Odd:\n    async def decide(self, *asked): pass",
+            "write `def`, not `async def`",
         ),
     ],
 )

@@ -30,14 +30,16 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout, suppress
 from copy import deepcopy
 from importlib import import_module
-from inspect import isgenerator, signature
+from inspect import iscoroutinefunction, signature
+from itertools import islice
+from math import nan
 from multiprocessing import parent_process
 from pathlib import Path
 from traceback import format_exception_only
 from types import ModuleType
 from typing import Any
 
-import numpy as np
+from numpy.random import Generator as Rng
 
 import reference
 from reference import paper
@@ -56,10 +58,6 @@ CODE = "MODULE:NAME"
 """How the help names code."""
 
 ASKED = {"robots": ("world", "robots", "rng"), "fire": ("world", "rng")}
-ANSWERS = {
-    "robots": "a list with (x, y) in metres, or None, for each of the robots at work",
-    "fire": "(floor, x, y), 0 for the lowest floor, in metres, or None",
-}
 UNREADABLE = (TypeError, ValueError, OverflowError)
 """What is raised where an answer is read that is no decision."""
 
@@ -113,6 +111,8 @@ def from_code(word: str, side: Side) -> Any:
         signature(made.decide).bind(*ASKED[side])
     except (AttributeError, TypeError):
         raise InputError(f"{word}: who plays the {side} has {needs}.") from None
+    if iscoroutinefunction(made.decide):
+        raise InputError(f"{word}: nobody awaits decide: write `def`, not `async def`.")
     kind = CheckedPolicy if isinstance(made, Trained) else CheckedStrategy
     checked = kind(made, word, side)
     deepcopy(checked)  # refused now, not at the end of a run
@@ -142,8 +142,9 @@ def _own_code(word: str, what: str) -> Iterator[None]:
     try:
         with redirect_stdout(sys.stderr):
             yield
-    except (SystemExit, KeyboardInterrupt) as end:
-        if isinstance(end, KeyboardInterrupt) and is_being_stopped():
+    except BaseException as end:
+        stopped = isinstance(end, KeyboardInterrupt) and is_being_stopped()
+        if isinstance(end, Exception) or stopped:
             raise
         raise InputError(
             f"{word}: {what} ends the program by {type(end).__name__}({end!s:.60}). "
@@ -162,7 +163,12 @@ class CheckedStrategy:
     def __deepcopy__(self, memo: dict[int, Any]) -> "CheckedStrategy":
         """Copy what it remembers. Raises InputError if it cannot be copied."""
         try:
-            strategy = deepcopy(self.strategy, memo)
+            with _own_code(self.word, "copying it"):
+                strategy = deepcopy(self.strategy, memo)
+            if not hasattr(strategy, "decide"):
+                raise TypeError(f"its copy is {strategy!r:.60}")
+        except InputError:
+            raise
         except Exception as error:  # of any kind
             raise InputError(
                 f"{self.word}: cannot be copied ({error!s:.99}). Leave out of it what "
@@ -172,20 +178,57 @@ class CheckedStrategy:
 
     def decide(self, world: World, *asked: Any) -> Any:
         """Decide as it does. Raises InputError for what is no decision of its side."""
-        answer = self._answer(world, *asked)
-        if self.side == "robots":
-            return self._destinations(answer, asked[0])
-        return self._fire(answer, world.building.floors)
+        with _own_code(self.word, "decide"):
+            if self.side == "robots":
+                return self._destinations(world, *asked)
+            return self._fire(world, *asked)
 
-    def _answer(self, world: World, *asked: Any) -> Any:
-        """Ask the strategy. Raises InputError where it changes the world."""
-        # lists are its own to change
-        given = [list(one) if isinstance(one, list) else one for one in asked]
-        with _own_code(self.word, "decide"), untouched(world, self.word):
+    def _destinations(
+        self, world: World, robots: Sequence[Robot], rng: Rng
+    ) -> list[tuple[float, float] | None]:
+        """Ask for a place in metres, or None, for each of the robots."""
+        count = len(robots)
+        answer, points = self._answer(world, [*robots], rng, lengths=(count, 2))
+        try:
+            if len(points) != count:
+                raise ValueError
+            return [None if point is None else metres(*point) for point in points]
+        except UNREADABLE:
+            wanted = (
+                "a list with (x, y) in metres, or None, for each of the robots at "
+                f"work, {count} now"
+            )
+            raise self._refusal(answer, points, wanted) from None
+
+    def _fire(self, world: World, rng: Rng) -> tuple[int, float, float] | None:
+        """Ask for a floor and a place on it in metres, or None."""
+        answer, place = self._answer(world, rng, lengths=(3,))
+        floors = range(world.building.floors)
+        if place is None:
+            return None
+        try:
+            floor, x, y = place
+            if floor not in floors:
+                raise ValueError
+            return int(floor), *metres(x, y)
+        except UNREADABLE:
+            wanted = (
+                f"(floor, x, y), floor 0 to {floors[-1]}, the lowest first, and "
+                "metres, or None"
+            )
+            raise self._refusal(answer, place, wanted) from None
+
+    def _answer(
+        self, world: World, *given: Any, lengths: tuple[int, ...]
+    ) -> tuple[Any, Any]:
+        """Ask the strategy: return its answer, and how `_plain` reads it.
+
+        All its code runs here. Raises InputError where that changes the world.
+        """
+        with untouched(world, self.word):
             try:
                 answer = self.strategy.decide(world, *given)
-                if isgenerator(answer):  # its code runs here, or nowhere
-                    answer = list(answer)
+                return answer, _plain(answer, *lengths)
             except Exception as error:
                 told = f"{self.word}: decide raised this after {world.time:g} s"
                 if isinstance(error, OSError | MemoryError):
@@ -193,44 +236,14 @@ class CheckedStrategy:
                     raise RuntimeError(told) from error
                 error.add_note(told)
                 raise
-        return answer
 
-    def _destinations(
-        self, answer: Any, robots: Sequence[Robot]
-    ) -> list[tuple[float, float] | None]:
-        """Read a place in metres, or None, for each of the robots."""
-        try:
-            points = list(answer)
-            _refuse_words(*points)
-            each = zip(robots, points, strict=True)
-            return [None if point is None else metres(*point) for _, point in each]
-        except UNREADABLE:
-            wanted = f"it should be {ANSWERS['robots']}, {len(robots)} now"
-            raise self._refusal(answer, wanted) from None
-
-    def _fire(self, answer: Any, floors: int) -> tuple[int, float, float] | None:
-        """Read a floor and a place on it in metres, or None."""
-        if answer is None:
-            return None
-        try:
-            floor, x, y = answer
-            _refuse_words(answer, floor)
-            number = int(floor)
-            point = metres(x, y)
-            if number != floor:
-                raise ValueError
-        except UNREADABLE:
-            wanted = f"it should be {ANSWERS['fire']}"
-            raise self._refusal(answer, wanted) from None
-        last = floors - 1
-        if not 0 <= number <= last:
-            several = f"there are floors 0 to {last}, the lowest first"
-            raise self._refusal(answer, several if last else "there is floor 0 only")
-        return number, *point
-
-    def _refusal(self, answer: Any, why: str) -> InputError:
-        """Word the error for an answer that is no decision."""
-        return InputError(f"{self.word}: decide returned {_in_a_line(answer)}; {why}.")
+    def _refusal(self, answer: Any, read: Any, wanted: str) -> InputError:
+        """Word the error for an answer that is no decision, and was read like this."""
+        lazy = isinstance(answer, Iterator)
+        words = repr(read if lazy else answer).split()
+        shown = " ".join(words)[:60]  # without the lines of an array
+        told = f"{self.word}: decide returned {shown}; it should be {wanted}."
+        return InputError(told)
 
 
 class CheckedPolicy(CheckedStrategy):
@@ -242,28 +255,40 @@ class CheckedPolicy(CheckedStrategy):
 
     def playing_in(self, building: Building, scenario: Scenario) -> "CheckedPolicy":
         """Play there, still checked. Raises InputError where the policy cannot."""
-        self.strategy = self.strategy.playing_in(building, scenario)
+        with _own_code(self.word, "playing_in"):
+            self.strategy = self.strategy.playing_in(building, scenario)
         return self
 
 
-def metres(x: Any, y: Any) -> tuple[float, float]:
-    """Read two finite numbers. Raises ValueError or TypeError for others."""
-    _refuse_words(x, y)
-    read = float(x), float(y)
-    if not np.isfinite(read).all():
+def _plain(answer: Any, *lengths: int) -> Any:
+    """Read an answer now, also a lazy one: None, or lists of None and floats.
+
+    lengths: of a list and those in it; of each, one item too many at most is read.
+    Raises what the answer's own code raises. What cannot be read so is nan.
+    """
+    if hasattr(answer, "tolist"):  # an array; masked values are None
+        answer = answer.tolist()
+    if answer is None:
+        return None
+    if isinstance(answer, str | bytes):  # "12" is two digits, and no place
+        return nan
+    try:
+        read = iter(answer) if lengths else float(answer)
+    except UNREADABLE as error:
+        if error.__traceback__.tb_next:  # type: ignore[union-attr] # in its own code
+            raise
+        return nan
+    if not lengths:
+        return read
+    most, *others = lengths
+    return [_plain(one, *others) for one in islice(read, most + 1)]
+
+
+def metres(x: float, y: float) -> tuple[float, float]:
+    """Take two numbers of metres. Raises ValueError or TypeError for others."""
+    if not (abs(x) < paper.LONGEST and abs(y) < paper.LONGEST):
         raise ValueError
-    return read
-
-
-def _in_a_line(answer: Any) -> str:
-    """Show the beginning of an answer, without the lines of an array."""
-    return " ".join(repr(answer).split())[:60]
-
-
-def _refuse_words(*values: Any) -> None:
-    """Raise TypeError for words: "12" is two digits, and no place."""
-    if any(isinstance(value, str | bytes) for value in values):
-        raise TypeError
+    return x, y
 
 
 # -- Modules ------------------------------------------------------------------------
