@@ -289,7 +289,7 @@ def test_a_floor_is_found_by_its_path_or_by_the_name_it_ships_under(tmp_path):
     assert find_map("paper.txt") == find_map("paper")
 
 
-@pytest.mark.parametrize("name", [3, None, b"tiny"])
+@pytest.mark.parametrize("name", [3, None, b"tiny", ["tiny"]])
 def test_refuses_to_load_what_names_no_map(name):
     """It says what it takes."""
     with pytest.raises(InputError, match="load takes the name of a map that ships"):
@@ -320,6 +320,19 @@ def test_a_folder_is_no_floor_file(name, error, said, tmp_path, monkeypatch):
         find_map(name)
     assert str(caught.value).startswith(said)
     assert "a name that ships: maze, museum" in str(caught.value)
+
+
+def test_nobody_can_write_into_a_building_that_others_load():
+    """Who loads the same map gets the same object; an array's copy is one's own."""
+    tiny = load("tiny")
+    assert load("tiny") is tiny
+    of_parts = [part.cells for part in (*tiny.areas, *tiny.landmarks, *tiny.stairwells)]
+    for cells in (tiny.signs, tiny.area, tiny.landmark, tiny.kind, *of_parts):
+        with pytest.raises(ValueError, match="read-only"):
+            cells[0] = cells[0]
+    with pytest.raises(ValueError, match="read-only"):
+        tiny.walkable[:] = True
+    assert tiny.walkable.copy().flags.writeable
 
 
 def test_mistakes_travel_between_processes():

@@ -338,7 +338,8 @@ def cast_rays(sight: Sight, clear: np.ndarray) -> None:
     building = sight.building
     known = building.kind != Kind.OUTSIDE
     along = cells_along(sight)
-    cast_everywhere(along, known, clear, building.walkable, sight.hits, sight.ends)
+    walkable = building.walkable.copy()  # it may be read-only: another type to numba
+    cast_everywhere(along, known, clear, walkable, sight.hits, sight.ends)
 
 
 def sight_made_quickly(building: Building, reach: float) -> Sight:

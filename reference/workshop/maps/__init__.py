@@ -38,8 +38,9 @@ FINE = (99, 0)  # beyond all stages
 def load(name: str | PathLike[str]) -> Building:
     """Read a floor file by path or shipped name, or a map's text, and build it.
 
+    Its arrays are read-only: whoever loads the same drawing may get the same object.
     Raises MistakesError for mistakes in the drawing, OSError for an unreadable file,
-    InputError for what is neither.
+    InputError for what is no text and no path.
     """
     if not isinstance(name, str | PathLike):
         raise InputError(
@@ -48,8 +49,14 @@ def load(name: str | PathLike[str]) -> Building:
         )
     text = str(name)
     if "\n" in text:  # no path has line ends: it is the map itself
-        return build(parse_map(text))
-    return build(read_map(find_map(name)))
+        building = build(parse_map(text))
+    else:
+        building = build(read_map(find_map(name)))
+    for thing in (building, *building.areas, *building.landmarks):
+        for value in vars(thing).values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+    return building
 
 
 def drawing_now(name: str | PathLike[str]) -> Drawing | None:
