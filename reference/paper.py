@@ -6,6 +6,7 @@ what they are.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
+from inspect import iscoroutinefunction
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -218,7 +219,7 @@ class InputError(ValueError):
 
 
 MOST = 10_000  # [B8, chosen] people, robots of a floor, sources: more would not fit
-LONGEST = 1_000_000  # seconds: eleven days, longer than anything here
+LONGEST = 1_000_000  # seconds, eleven days, or metres: longer than anything here
 
 
 # -- One experiment -----------------------------------------------------------------
@@ -247,24 +248,47 @@ def limits() -> dict[str, Limits]:
     }
 
 
-def refuse_no_objects(building: Any, scenario: Any, robots: Any, fire: Any) -> None:
-    """Raise InputError for a name, a class or a dict where an object is needed."""
-    given = {"building": building, "scenario": scenario, "robots": robots, "fire": fire}
-    examples = {
-        "building": "load({})",
-        "robots": "Sweep() of reference.workshop.strategies.guides",
-        "fire": "RandomFire() of reference.fire",
-    }
-    for name, value in given.items():
+class Asked(NamedTuple):
+    """What an object is known by, and an example of one."""
+
+    attribute: str
+    example: str
+
+
+OBJECTS = {
+    "building": Asked("landmarks", "load({!r:.60})"),
+    "scenario": Asked("start_counts", "Scenario(people=12)"),
+    "robots": Asked("decide", "Sweep() of reference.workshop.strategies.guides"),
+    "fire": Asked("decide", "RandomFire() of reference.fire"),
+    "world": Asked("bodies", "the `world` of a simulation"),
+}
+
+
+def refuse_no_objects(
+    building: Any, scenario: Any, robots: Any, fire: Any, world: Any = None
+) -> None:
+    """Raise InputError for what is no such object: a name, a class, a dict, a number.
+
+    Only a building has to be there. So it does for a world of another building, and
+    for who decides by `async def`.
+    """
+    given = (building, scenario, robots, fire, world)
+    for (name, asked), value in zip(OBJECTS.items(), given, strict=True):
         if isinstance(value, type):
             how = f"{value.__name__}()"
             raise InputError(f"{name} is the class: give an object, {how}")
-        if isinstance(value, str) and name in examples:
-            how = examples[name].format(repr(value)[:60])
+        missing = value is None and name != "building"
+        if not missing and not hasattr(value, asked.attribute):
+            how = asked.example.format(value if isinstance(value, str) else "paper")
             raise InputError(f"{name} is {value!r:.60}: give an object, such as {how}")
-    if scenario is not None and not isinstance(scenario, Scenario):
+        if iscoroutinefunction(getattr(value, "decide", None)):
+            raise InputError(
+                f"nobody awaits what the {name} decide: write `def`, not `async def`"
+            )
+    if world is not None and world.building.drawing != building.drawing:
         raise InputError(
-            f"scenario is {scenario!r:.60}: give an object, such as Scenario(people=12)"
+            f"the world is of {world.building.title!r}, the building is "
+            f"{building.title!r}: give the world's own `building`"
         )
 
 
@@ -316,13 +340,17 @@ class Scenario:
     decision_seconds: float = current(lambda: DECISION_SECONDS)
 
     def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if hasattr(value, "tolist"):  # numpy's; its small integers overflow
+                object.__setattr__(self, name, value.tolist())
         self._refuse_numbers()
         self._refuse_lists()
-        self._refuse_two_counts()
-        self._round_to_ticks()
         object.__setattr__(self, "rooms", tuple(self.rooms))
         if self.people_per_floor is not None:
-            object.__setattr__(self, "people_per_floor", tuple(self.people_per_floor))
+            counts = tuple(map(int, self.people_per_floor))
+            object.__setattr__(self, "people_per_floor", counts)
+        self._refuse_two_counts()
+        self._round_to_ticks()
 
     def _refuse_numbers(self) -> None:
         limit_of = limits()
@@ -336,9 +364,16 @@ class Scenario:
     def _refuse_lists(self) -> None:
         for name in ("rooms", "people_per_floor"):
             value = getattr(self, name)
-            if isinstance(value, str) or not isinstance(value, Sequence | None):
+            missing = value is None and name == "people_per_floor"
+            if isinstance(value, str) or not (missing or isinstance(value, Sequence)):
                 word = f"{value!r:.60}"
-                raise InputError(f"{name} is {word}: give a list, [{word}]")
+                inside = "" if value is None else word
+                raise InputError(f"{name} is {word}: give a list, [{inside}]")
+        for room in self.rooms:
+            if not isinstance(room, str):
+                raise InputError(
+                    f"one of rooms is {room!r:.60}: it must be an id, such as '1/hall'"
+                )
         for count in self.people_per_floor or ():
             refuse_beyond("one of people_per_floor", count, limits()["people"], True)
 

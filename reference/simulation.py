@@ -83,13 +83,14 @@ class Simulation:
 
         robots, fire: copied together, so that what they remember is this run's alone
         world: what exists now; else drawn as the scenario says.
-        Raises InputError for names in place of objects, for a seed that is no whole
-        number of 0 or more, and for more people than fit.
+        Raises InputError for names in place of objects, for a world of another
+        building, for a seed that is no whole number of 0 or more, and for more people
+        than fit.
         """
-        refuse_no_objects(building, scenario, robots, fire)
+        refuse_no_objects(building, scenario, robots, fire, world)
         refuse_no_seed(seed)
         self.building = building
-        self.scenario = Scenario() if scenario is None else scenario
+        self.scenario = scenario or Scenario()
         self.navigation = navigation_of(building)
         self.sight = sight_of(building, self.scenario.sight_range)
         self._marks = building.landmark.ravel()
@@ -209,7 +210,7 @@ class Simulation:
     def _ask_robots(self, team: list[Robot]) -> Destinations:
         """Ask the strategy where these robots go. Raises InputError for no decision."""
         answers = self.robot_strategy.decide(self.world, team, self.rng["robots"])
-        if answers is None or len(answers) != len(team):
+        if not hasattr(answers, "__len__") or len(answers) != len(team):
             raise InputError(
                 f"the robots' decide returned {answers!r:.60}: give a list, with "
                 f"(x, y) or None for each of the {len(team)} robots at work"
@@ -378,9 +379,9 @@ class Simulation:
 
 
 def _is_numbers(value: object, count: int) -> bool:
-    """Tell whether a decision is so many finite numbers."""
+    """Tell whether a decision is so many numbers, and none beyond all buildings."""
     try:
         numbers = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         return False
-    return numbers.shape == (count,) and bool(np.isfinite(numbers).all())
+    return numbers.shape == (count,) and bool((abs(numbers) < paper.LONGEST).all())

@@ -127,7 +127,7 @@ class Environment:
         """
         refuse_no_objects(building, scenario, robots, fire)
         self.building = building
-        self.scenario = Scenario() if scenario is None else scenario
+        self.scenario = scenario or Scenario()
         self.layout = observations.vector_layout(building, self.scenario)
         self._robots = robots
         self._fire = fire

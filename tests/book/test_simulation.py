@@ -3,6 +3,7 @@
 from copy import deepcopy
 from itertools import pairwise
 from math import dist, inf, isnan, nan
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -49,6 +50,11 @@ def bodies(sim):
     ("given", "told"),
     [
         ({"building": "tiny"}, r"building is 'tiny': .* such as load\('tiny'\)"),
+        ({"building": None}, r"building is None: .* such as load\('paper'\)"),
+        ({"building": Path("tiny")}, r"building is .*Path\('tiny'\): give an object"),
+        ({"robots": 3}, r"robots is 3: give an object, such as Sweep\(\)"),
+        ({"fire": {}}, r"fire is {}: give an object, such as RandomFire\(\)"),
+        ({"world": 3}, "world is 3: give an object"),
         ({"building": Building}, r"building is the class: .* Building\(\)"),
         ({"robots": "sweep"}, r"robots is 'sweep': .* such as Sweep\(\)"),
         ({"robots": ROBOTS["sweep"]}, r"robots is the class: .* Sweep\(\)"),
@@ -62,10 +68,34 @@ def bodies(sim):
         ({"seed": "1"}, r"seed is '1': it must be a whole number"),
     ],
 )
-def test_refuses_names_and_classes_where_objects_are_needed(given, told):
+def test_refuses_names_and_other_things_where_objects_are_needed(given, told):
     """In one line, which says what to give; and seeds that are no such numbers."""
     with pytest.raises(InputError, match=told):
         Simulation(**{"building": shipped("tiny")} | given)
+
+
+def test_refuses_a_world_of_another_building():
+    """One that is drawn alike will do: a copied world may have such a one."""
+    tiny = shipped("tiny")
+    with pytest.raises(InputError, match=r"world is of 'Museum', .* is 'Tiny "):
+        Simulation(tiny, world=run("museum").world)
+    alike = Building(tiny.drawing)
+    assert Simulation(alike, world=run("tiny").world).world.bodies
+
+
+class AsyncGuide:
+    """Its decisions are coroutines, which nobody awaits."""
+
+    async def decide(self, world, *asked):
+        """Decide nothing, later."""
+
+
+@pytest.mark.parametrize("side", ["robots", "fire"])
+def test_refuses_who_decides_asynchronously(side):
+    """Before Python warns of what it never awaited."""
+    told = f"nobody awaits what the {side} decide: write `def`"
+    with pytest.raises(InputError, match=told):
+        Simulation(shipped("tiny"), **{side: AsyncGuide()})
 
 
 class EmptyGuide(dict):
@@ -97,11 +127,13 @@ class Saying:
     [
         (None, r"returned None: give a list, with \(x, y\) or None for each of the 4"),
         ([(1.0, 1.0)], r"returned \[\(1.0, 1.0\)\]: give a list"),
+        (iter([(1.0, 1.0)] * 4), "returned <list_iterator .*: give a list"),
         (
             [(nan, 1.0)] * 4,
             r"to \(nan, 1.0\), which is no place: give \(x, y\)",
         ),
         ([(inf, 1.0)] * 4, "which is no place"),
+        ([(1.0, -1e300)] * 4, "which is no place"),
         ([(1.0, 1.0, 0)] * 4, "which is no place"),
         (["here"] * 4, "which is no place"),
     ],

@@ -2,6 +2,7 @@
 
 from math import inf, nan
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -184,6 +185,8 @@ def test_refuses_a_word_where_a_list_of_rooms_is_needed(room):
     ("wrong", "told"),
     [
         ({"rooms": 5}, r"rooms is 5: give a list, \[5\]"),
+        ({"rooms": None}, r"rooms is None: give a list, \[\]"),
+        ({"rooms": [["1/hall"]]}, r"one of rooms is \['1/hall'\]: it must be an id"),
         ({"people_per_floor": 5}, r"people_per_floor is 5: give a list, \[5\]"),
         ({"training": "no"}, "training is 'no': give True or False"),
     ],
@@ -192,6 +195,18 @@ def test_refuses_what_is_no_list_and_what_is_neither_true_nor_false(wrong, told)
     """The word "no" would count as true."""
     with pytest.raises(InputError, match=told):
         Scenario(**wrong)
+
+
+def test_takes_numbers_and_arrays_of_numpy_as_plain_ones():
+    """Sums of its small integers would overflow."""
+    counts = np.array([200, 100], np.uint8)
+    for floors in (counts, tuple(counts)):
+        scenario = Scenario(people=300, people_per_floor=floors)
+        assert scenario.people_per_floor == (200, 100)
+        assert {type(count) for count in scenario.people_per_floor} == {int}
+    scenario = Scenario(people=np.uint8(200), sight_range=np.float32(4))
+    assert type(scenario.people) is int and type(scenario.sight_range) is float
+    assert Scenario(rooms=np.array(["1/hall"])).rooms == ("1/hall",)
 
 
 def test_refuses_two_counts_of_people_that_differ():
