@@ -159,6 +159,11 @@ class Building:
             self.kind[mark.floor, *mark.cells.T] = mark.kind
         self.walkable = self.kind >= Kind.FLOOR
 
+    def __repr__(self) -> str:
+        """Say in a line what it has."""
+        parts = f"{len(self.exits)} exits, {len(self.stairwells)} stairwells"
+        return f"<Building {self.title}: {self.floors} floors, {parts}>"
+
     # -- Cells and metres -----------------------------------------------------------
 
     def random_point(self, cells: np.ndarray, rng: Rng) -> tuple[float, float]:

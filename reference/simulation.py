@@ -126,6 +126,10 @@ class Simulation:
         self.person_seconds = 0.0
         self.walked_to = np.empty((0, 2))
 
+    def __repr__(self) -> str:
+        """Say in a line how it stands."""
+        return f"<Simulation of {self.building.title}: {self.world!r}>"
+
     # -- The tick -------------------------------------------------------------------
 
     @property

@@ -162,6 +162,11 @@ class World:
     flames: Flames
     burnt: set[int]  # landmarks: the doors that flames have destroyed [A6]
 
+    def __repr__(self) -> str:
+        """Say in a line how it stands."""
+        inside = f"{sum(self.occupancy)} of {len(self.bodies)} people inside"
+        return f"<World at {self.time:g} s: {inside}, {len(self.robots)} robots>"
+
     @property
     def graph(self) -> Graph:
         """The building's graph of rooms without the doors that have burnt [A6]."""

@@ -98,6 +98,16 @@ def test_refuses_who_decides_asynchronously(side):
         Simulation(shipped("tiny"), **{side: AsyncGuide()})
 
 
+def test_a_building_and_how_a_run_stands_are_said_in_a_line():
+    """Not as pages of arrays."""
+    sim = run(people=3)
+    assert (
+        repr(sim.building) == "<Building Tiny office: 2 floors, 2 exits, 2 stairwells>"
+    )
+    assert repr(sim.world) == "<World at 0 s: 3 of 3 people inside, 4 robots>"
+    assert repr(sim) == f"<Simulation of Tiny office: {sim.world!r}>"
+
+
 class EmptyGuide(dict):
     """A strategy that remembers nothing yet: as an object it counts as false."""
 
