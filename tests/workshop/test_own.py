@@ -228,6 +228,21 @@ def test_refuses_an_answer_without_end(answer, mine):
         first_tick(from_code(f"{mine}:Odd", "robots"))
 
 
+def test_a_late_answer_that_is_no_decision_is_shown_as_it_was_read(mine):
+    """Its place in memory would tell nothing."""
+    write(mine, "return map(lambda robot: (1, 2, 3), asked[1])")
+    told = r"decide returned \[\[1.0, 2.0, 3.0\], \[1.0"
+    with pytest.raises(InputError, match=told):
+        first_tick(from_code(f"{mine}:Odd", "robots"))
+
+
+def test_a_list_that_code_is_given_is_its_own(mine):
+    """It may take out of it whom it has sent somewhere."""
+    write(mine, "return [(1.0, 1.0) for _ in range(4) if asked[1].pop()]")
+    world = first_tick(from_code(f"{mine}:Odd", "robots")).world
+    assert [robot.destination.tolist() for robot in world.robots] == [[1.0, 1.0]] * 4
+
+
 def test_a_decision_is_plain_numbers_whatever_it_was_written_in(mine):
     """Arrays, also of single places and numbers; what is masked is no number."""
     write(mine, "import numpy as np; return [None, np.ones(2), (np.float32(2), 3)]")
@@ -470,6 +485,23 @@ def test_an_exception_of_its_own_that_is_no_error_is_told(mine):
         first_tick(from_code(f"{mine}:Odd", "robots"))
 
 
+def test_a_policy_that_ends_the_program_where_it_is_to_play_is_told(mine, capsys):
+    """What it prints there goes to stderr, too."""
+    Path(f"{mine}.py").write_text(
+        "from reference.workshop.strategies.trained import FlatRobots\n"
+        "class Odd(FlatRobots):\n"
+        "    def __init__(self):\n"
+        "        super().__init__(None, 'tiny')\n"
+        "    def playing_in(self, building, scenario):\n"
+        "        print('here')\n"
+        "        exit(0)\n"
+    )
+    words = ["evacuate", "--building", "tiny", "--robots", f"{mine}:Odd"]
+    status, message = refusal(capsys, *words)
+    told = f"here\n{mine}:Odd: playing_in ends the program by SystemExit(0)."
+    assert (status, message.startswith(told)) == (1, True), message
+
+
 @pytest.mark.parametrize(
     ("code", "told"),
     [
@@ -574,13 +606,19 @@ def test_refuses_to_let_code_change_the_world(side, line, told, mine, capsys):
     assert f"{mine}:Odd: decide changes {told}. " in message
 
 
-def test_refuses_to_let_code_change_the_map_and_the_paper(monkeypatch):
-    """All runs that follow would be played with them."""
+@pytest.mark.parametrize("name", ["kind", "walkable", "area", "landmark"])
+def test_refuses_to_let_code_change_the_map(name):
+    """All runs that follow would be played in it."""
     own = Building(shipped("tiny").drawing)  # no other test plays in it
-    world = Simulation(own).world
-    changes_map = pytest.raises(InputError, match=r"changes world\.building\.kind\.")
-    with changes_map, untouched(world, "mine:Odd"):
-        world.building.kind[0, 1] = 2
+    cells = getattr(own, name)
+    changes = pytest.raises(InputError, match=rf"changes world\.building\.{name}\.")
+    with changes, untouched(Simulation(own).world, "mine:Odd"):
+        cells[0, 1, 1] = not cells[0, 1, 1]
+
+
+def test_refuses_to_let_code_change_the_paper(monkeypatch):
+    """All runs that follow would be played with it."""
+    world = Simulation(shipped("tiny")).world
     changes_paper = pytest.raises(InputError, match=r"decide changes paper\.HEALTH\.")
     with changes_paper, untouched(world, "mine:Odd"):
         monkeypatch.setattr(paper, "HEALTH", 7.0)
