@@ -48,7 +48,7 @@ class SourceGenerator:
 
     def generate(self, world: World, decision: Decision) -> FireLit | FireRefused:
         """Turn a decision into a source; refuse it or move it if occupied [D6]."""
-        floor = decision[0]
+        floor = int(decision[0])
         x = snapped(decision[1])
         y = snapped(decision[2])
         free = free_places(world)

@@ -6,7 +6,7 @@ what they are.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
-from inspect import iscoroutinefunction
+from inspect import iscoroutinefunction, signature
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -262,6 +262,8 @@ OBJECTS = {
     "fire": Asked("decide", "RandomFire() of reference.fire"),
     "world": Asked("bodies", "the `world` of a simulation"),
 }
+DECIDES = {"robots": ("world", "robots", "rng"), "fire": ("world", "rng")}
+"""What each side is given to decide."""
 
 
 def refuse_no_objects(
@@ -270,7 +272,7 @@ def refuse_no_objects(
     """Raise InputError for what is no such object: a name, a class, a dict, a number.
 
     Only a building has to be there. So it does for a world of another building, and
-    for who decides by `async def`.
+    for who cannot decide what its side is asked.
     """
     given = (building, scenario, robots, fire, world)
     for (name, asked), value in zip(OBJECTS.items(), given, strict=True):
@@ -281,15 +283,28 @@ def refuse_no_objects(
         if not missing and not hasattr(value, asked.attribute):
             how = asked.example.format(value if isinstance(value, str) else "paper")
             raise InputError(f"{name} is {value!r:.60}: give an object, such as {how}")
-        if iscoroutinefunction(getattr(value, "decide", None)):
-            raise InputError(
-                f"nobody awaits what the {name} decide: write `def`, not `async def`"
-            )
+        if not missing and name in DECIDES:
+            refuse_no_player(value, name)
     if world is not None and world.building.drawing != building.drawing:
         raise InputError(
             f"the world is of {world.building.title!r}, the building is "
             f"{building.title!r}: give the world's own `building`"
         )
+
+
+def refuse_no_player(player: Any, side: str, where: str = "") -> None:
+    """Raise InputError for who has no `decide` that takes what its side is given.
+
+    where: begins the message
+    """
+    given = DECIDES[side]
+    needs = f"{where}who plays the {side} has decide(self, {', '.join(given)})"
+    try:
+        signature(player.decide).bind(*given)
+    except (AttributeError, TypeError):
+        raise InputError(f"{needs}.") from None
+    if iscoroutinefunction(player.decide):
+        raise InputError(f"{needs}: nobody awaits it, so write no `async`.")
 
 
 def refuse_no_seed(seed: Any) -> None:

@@ -164,8 +164,7 @@ class World:
 
     def __repr__(self) -> str:
         """Say in a line how it stands."""
-        inside = f"{sum(self.occupancy)} of {len(self.bodies)} people inside"
-        return f"<World at {self.time:g} s: {inside}, {len(self.robots)} robots>"
+        return f"<World at {self.time:g} s: {sum(self.occupancy)} people inside>"
 
     @property
     def graph(self) -> Graph:

@@ -233,6 +233,8 @@ def _checked(agent: str, actions: Mapping[str, Any]) -> np.ndarray:
     size = action_size(agent)
     wanted = f"{agent}: an action is {size} numbers from -1 to 1"
     try:
+        if np.iscomplexobj(action):
+            raise TypeError
         numbers = np.asarray(action, dtype=np.float64)
     except (TypeError, ValueError):
         raise ValueError(f"{wanted}, not {action!r}") from None

@@ -55,6 +55,8 @@ def bodies(sim):
         ({"robots": 3}, r"robots is 3: give an object, such as Sweep\(\)"),
         ({"fire": {}}, r"fire is {}: give an object, such as RandomFire\(\)"),
         ({"world": 3}, "world is 3: give an object"),
+        ({"robots": RandomFire()}, r"plays the robots has decide\(self, world, robots"),
+        ({"fire": ROBOTS["sweep"]()}, r"the fire has decide\(self, world, rng\)"),
         ({"building": Building}, r"building is the class: .* Building\(\)"),
         ({"robots": "sweep"}, r"robots is 'sweep': .* such as Sweep\(\)"),
         ({"robots": ROBOTS["sweep"]}, r"robots is the class: .* Sweep\(\)"),
@@ -93,7 +95,7 @@ class AsyncGuide:
 @pytest.mark.parametrize("side", ["robots", "fire"])
 def test_refuses_who_decides_asynchronously(side):
     """Before Python warns of what it never awaited."""
-    told = f"nobody awaits what the {side} decide: write `def`"
+    told = f"who plays the {side} has decide.*: nobody awaits it, so write no `async`"
     with pytest.raises(InputError, match=told):
         Simulation(shipped("tiny"), **{side: AsyncGuide()})
 
@@ -104,7 +106,7 @@ def test_a_building_and_how_a_run_stands_are_said_in_a_line():
     assert (
         repr(sim.building) == "<Building Tiny office: 2 floors, 2 exits, 2 stairwells>"
     )
-    assert repr(sim.world) == "<World at 0 s: 3 of 3 people inside, 4 robots>"
+    assert repr(sim.world) == "<World at 0 s: 3 people inside>"
     assert repr(sim) == f"<Simulation of Tiny office: {sim.world!r}>"
 
 
@@ -164,6 +166,15 @@ def test_refuses_a_fire_where_there_is_no_floor(decision):
     with pytest.raises(InputError, match=told):
         for _ in ticks(sim):
             pass
+
+
+def test_a_fires_floor_may_stand_among_floats():
+    """As in an array of three numbers."""
+    sim = Simulation(shipped("tiny"), Scenario(people=1), fire=Saying(np.ones(3)))
+    while not sim.world.flames.sources:
+        sim.step()
+    (source,) = sim.world.flames.sources
+    assert (source.floor, type(source.floor)) == (1, int)
 
 
 # -- Invariants ---------------------------------------------------------------------

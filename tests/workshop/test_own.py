@@ -507,7 +507,7 @@ def test_a_policy_that_ends_the_program_where_it_is_to_play_is_told(mine, capsys
     [
         (
             "def Odd(world, robots, rng): pass",
-            "an object, or a class that is made witho",
+            "or a class that is made without argu",
         ),
         ("class Odd:\n    def __init__(self, n): pass", "is made without arguments"),
         (
@@ -522,7 +522,7 @@ def test_a_policy_that_ends_the_program_where_it_is_to_play_is_told(mine, capsys
         ),
         (
             "class Odd:\n    async def decide(self, *asked): pass",
-            "write `def`, not `async def`",
+            "nobody awaits it, so write no `async`",
         ),
     ],
 )

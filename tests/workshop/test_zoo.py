@@ -287,7 +287,17 @@ def test_refuses_actions_that_are_no_mapping():
 
 @pytest.mark.parametrize(
     "action",
-    [[0.0], [0.0, 0.0, 0.0], [[0.0, 0.0]], 1.0, "east", None, [np.nan, 0], [np.inf, 0]],
+    [
+        [0.0],
+        [0.0, 0.0, 0.0],
+        [[0.0, 0.0]],
+        1.0,
+        "east",
+        None,
+        [np.nan, 0],
+        [np.inf, 0],
+        np.zeros(2, complex),
+    ],
 )
 def test_refuses_an_action_that_is_none_by_the_name_of_the_agent(action):
     """Too few numbers, too many, no numbers; and the fire has no old one to keep."""

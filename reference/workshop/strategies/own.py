@@ -30,7 +30,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout, suppress
 from copy import deepcopy
 from importlib import import_module
-from inspect import iscoroutinefunction, signature
+from inspect import signature
 from itertools import islice
 from math import nan
 from multiprocessing import parent_process
@@ -45,7 +45,7 @@ import reference
 from reference import paper
 from reference.building import Building
 from reference.learning.settings import Side
-from reference.paper import InputError, Scenario
+from reference.paper import InputError, Scenario, refuse_no_player
 from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import digests_of_code
@@ -57,7 +57,6 @@ from reference.world import Robot, World
 CODE = "MODULE:NAME"
 """How the help names code."""
 
-ASKED = {"robots": ("world", "robots", "rng"), "fire": ("world", "rng")}
 UNREADABLE = (TypeError, ValueError, OverflowError)
 """What is raised where an answer is read that is no decision."""
 
@@ -87,7 +86,7 @@ def class_in(file: Path, side: Side) -> str:
 def _plays(node: ast.ClassDef, side: Side) -> bool:
     """Has a class a `decide` that takes what this side is asked?"""
     methods = [part for part in node.body if isinstance(part, ast.FunctionDef)]
-    asked = 1 + len(ASKED[side])
+    asked = 1 + len(paper.DECIDES[side])
     return any(m.name == "decide" and len(m.args.args) == asked for m in methods)
 
 
@@ -104,22 +103,16 @@ def from_code(word: str, side: Side) -> Any:
     if named is None:
         close = did_you_mean(name, vars(module))
         raise InputError(f"{word}: {_file_of(word)} has no '{name}'.{close}")
-    needs = f"decide(self, {', '.join(ASKED[side])})"
     with _own_code(word, "it"):
-        made = _made(named, f"{word}: who plays the {side} has {needs}")
-    try:
-        signature(made.decide).bind(*ASKED[side])
-    except (AttributeError, TypeError):
-        raise InputError(f"{word}: who plays the {side} has {needs}.") from None
-    if iscoroutinefunction(made.decide):
-        raise InputError(f"{word}: nobody awaits decide: write `def`, not `async def`.")
+        made = _made(named, word)
+        refuse_no_player(made, side, f"{word}: ")
     kind = CheckedPolicy if isinstance(made, Trained) else CheckedStrategy
     checked = kind(made, word, side)
     deepcopy(checked)  # refused now, not at the end of a run
     return checked
 
 
-def _made(named: Any, needs: str) -> Any:
+def _made(named: Any, word: str) -> Any:
     """Make the object that is named by its class; an object is it already."""
     decides = hasattr(named, "decide") and not isinstance(named, type)
     if decides or not callable(named):
@@ -128,7 +121,8 @@ def _made(named: Any, needs: str) -> Any:
         signature(named).bind()
     except TypeError:
         raise InputError(
-            f"{needs}: name an object, or a class that is made without arguments."
+            f"{word}: name an object with `decide`, or a class that is made without "
+            "arguments."
         ) from None
     return named()
 
