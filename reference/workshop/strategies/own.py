@@ -267,7 +267,7 @@ def _plain(answer: Any, *lengths: int) -> Any:
     if isinstance(answer, str | bytes):  # "12" is two digits, and no place
         return nan
     try:
-        read = iter(answer) if lengths else float(answer)
+        read: Any = iter(answer) if lengths else float(answer)
     except UNREADABLE as error:
         if error.__traceback__.tb_next:  # type: ignore[union-attr] # in its own code
             raise
