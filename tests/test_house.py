@@ -218,7 +218,7 @@ PARTS = {
     "tests": sorted((ROOT / "tests").rglob("*.py")),
     "tutorials": sorted((ROOT / "tutorials").rglob("*.py")),
 }
-MOST_TOKENS = 37_300
+MOST_TOKENS = 37_320
 """Of the book without `paper`: whoever moves a number there pays nothing for it."""
 
 LAYOUT = {

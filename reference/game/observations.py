@@ -127,8 +127,8 @@ def robot_vectors(worlds: Sequence[World], layout: Layout) -> np.ndarray:
     robots[~work] = paper.ABSENT_POINT
     team = (np.equal.outer(floor, floor) & work[:, None]).sum(axis=2)
     each = np.arange(len(worlds))[:, None, None]
-    ordered = robots[:, me_first(floor)]
-    return _write(worlds, layout, humans[each, nearest], ordered, team)
+    robots = robots[:, me_first(floor)]
+    return _write(worlds, layout, humans[each, nearest], robots, team)
 
 
 def me_first(floor: np.ndarray) -> np.ndarray:
@@ -136,9 +136,8 @@ def me_first(floor: np.ndarray) -> np.ndarray:
 
     floor: (R,) of each; mates are on one floor
     """
-    rank = np.where(np.equal.outer(floor, floor), 1, 2)
-    np.fill_diagonal(rank, 0)
-    return np.argsort(rank, axis=1, kind="stable")
+    rank = np.not_equal.outer(floor, floor) - np.eye(len(floor))
+    return rank.argsort(axis=1, kind="stable")
 
 
 def fire_vectors(worlds: Sequence[World], layout: Layout) -> np.ndarray:
@@ -195,8 +194,9 @@ def _points(worlds: Sequence[World]) -> tuple[np.ndarray, np.ndarray, np.ndarray
     humans = np.stack([np.column_stack([b.position, b.floor]) for b in bodies])
     humans[~np.stack([b.inside for b in bodies])] = paper.ABSENT_POINT
     robots = [
-        [(*robot.position.tolist(), robot.floor) for robot in world.robots]
+        (*robot.position.tolist(), robot.floor)
         for world in worlds
+        for robot in world.robots
     ]
     work = [robots_at_work(world) for world in worlds]
     return humans, np.reshape(robots, (len(worlds), -1, 3)), np.stack(work)
