@@ -123,12 +123,12 @@ def robot_vectors(worlds: Sequence[World], layout: Layout) -> np.ndarray:
     """
     humans, robots, work = _points(worlds)
     floor = robots[0, :, 2]
+    order = me_first(floor)
     nearest = _nearest_first(robots, humans, worlds[0].building.floors)
-    robots[~work] = paper.ABSENT_POINT
     team = (np.equal.outer(floor, floor) & work[:, None]).sum(axis=2)
+    robots[~work] = paper.ABSENT_POINT
     each = np.arange(len(worlds))[:, None, None]
-    robots = robots[:, me_first(floor)]
-    return _write(worlds, layout, humans[each, nearest], robots, team)
+    return _write(worlds, layout, humans[each, nearest], robots[:, order], team)
 
 
 def me_first(floor: np.ndarray) -> np.ndarray:
