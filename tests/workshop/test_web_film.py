@@ -234,21 +234,34 @@ def test_the_last_value_of_the_slider_shows_the_last_frame(step, end, text):
 
 @needs_node
 def test_flames_hide_no_names_and_names_no_people():
-    """They are painted in this order: flames, names, people."""
-    code = f"""const log = [], metre = 8, size = 4, density = 1, OUT = 2, DEAD = 3
+    """They are painted in this order: flames, names, people, letters of stairwells."""
+    code = f"""const log = [], metre = 8, size = 4, density = 1
+    const OUT = 2, DEAD = 3, ROBOT = 4
     const STATES = ["follower", "leader", "out", "died here", "robot"]
     const put = (_, name) => log.push(name), line = () => 0, colour = () => ""
     const write = (_, room) => log.push(room[5])
     const context = new Proxy({{}}, {{get: () => () => 0, set: () => true}})
-    {of_player("when", "frame", "paint")}
+    {of_player("when", "frame", "isStairwell", "together", "paint")}
     const one = {{i: 0, x: 5, y: 5, floor: 0, state: 0, toX: -1, leader: -1}}
     const run = {{frames: [[one], [one]], flames: [[0, 1, 1, 0, -1]], chosen: -1,
       doors: [], sources: []}}
     paint(run, 0, {{getContext: () => context}}, [one], 0)
     console.log(JSON.stringify(log))"""
-    rooms = [[0, 15, 15, 10, False, "hall"], [1, 15, 15, 10, False, "attic"]]
+    names = [[0, "A"], [0, "hall"], [1, "attic"]]
+    rooms = [[floor, 15, 15, 10, False, name] for floor, name in names]
     film = {"step": 0.6, "end": 0.6, "trail": 10, "marks": [], "rooms": rooms}
-    assert played(code, film=film) == ["flames", "hall", "follower"]
+    assert played(code, film=film) == ["flames", "hall", "follower", "A"]
+
+
+@needs_node
+def test_robots_on_one_spot_are_counted():
+    """Beside the first of them; people and a robot farther off do not count."""
+    spots = [(0, 4), (2, 4), (0, 4), (40, 4), (0, 0)]
+    bodies = [{"x": x, "y": 0, "state": state} for x, state in spots]
+    code = f"""{of_player("together")}
+    const told = together(bodies).map(([one, count]) => [one.x, count])
+    console.log(JSON.stringify(told))"""
+    assert played(code, film={"spot": 5}, bodies=bodies, ROBOT=4) == [[0, 3]]
 
 
 def test_films_and_pictures_have_one_word_for_each_thing():

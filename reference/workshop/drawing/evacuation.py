@@ -3,7 +3,8 @@
 Shapes tell things apart as well as colours do: disc follower, triangle leader [B4],
 diamond robot [C5], star fire source [D3].  People darken as they lose health [B7];
 flames, ash and burnt doors are boxes [D7] [A6], below the names of rooms.  A faint line
-is where a person walked lately: who walks in circles draws one.
+is where a person walked lately: who walks in circles draws one.  A number beside a
+robot is how many stand there; a stairwell's letter is over its people.
 """
 
 from collections.abc import Sequence
@@ -14,10 +15,14 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.lines import Line2D
+from matplotlib.path import Path
 from matplotlib.text import Text
+from matplotlib.textpath import TextPath
+from matplotlib.transforms import ScaledTranslation
 
 from reference import paper
-from reference.building import Area, Building, Kind
+from reference.building import Area, Building, Kind, Stairwell
 from reference.navigation import navigation_of
 from reference.simulation import Simulation
 from reference.workshop.drawing import page, plans
@@ -29,6 +34,11 @@ HEALTHS = ListedColormap(STEPS, name="health")
 """Dark at death, bright in full health, for every eye; few steps keep films small."""
 
 OVER_FLAMES = 3.8  # where names of rooms are drawn, below all that moves
+OVER_ALL = 7  # where letters of stairwells are drawn, and numbers of robots
+ONE_SPOT = 0.5  # metres between robots of which one hides the other
+BESIDE = (0.11, 0.08)  # inches from a robot to the number of those on its spot
+MOST_COUNTED = 9  # robots on one spot; more have the same number
+TOLD = {"robot": "robot (2: two)"}  # in the legend
 ALONE_WIDE = 11  # inches of a page with one evacuation
 MORE_WIDE = 2  # inches that each further one adds
 MOST_HIGH = 5.2  # inches of floors
@@ -146,7 +156,8 @@ class Scene:
         health = ScalarMappable(Normalize(0, paper.HEALTH), HEALTHS)
         look: Style = {"label": "health", "aspect": 40, "pad": 0.01, "panchor": (0, 1)}
         self.figure.colorbar(health, ax=axes, **look)
-        shapes = page.samples(looks(7.5) | CURVES)
+        named = {TOLD.get(name, name): look for name, look in looks(7.5).items()}
+        shapes = page.samples(named | CURVES)
         cells = page.swatches(building.kind[building.kind != Kind.FLOOR])
         page.legend(self.figure, [*shapes, *cells], ncols=9)
 
@@ -168,7 +179,7 @@ class EvacuationPanel:
         self.names = {
             area.index: written
             for area in building.areas
-            if (written := self._write_name(area))
+            if area.kind == "room" and (written := self._write_name(area))
         }
 
         own = looks(plans.points_per_metre(axes))
@@ -180,10 +191,19 @@ class EvacuationPanel:
             crowd |= {"marker": look["marker"], "s": look["ms"] ** 2}
             self.people[mode] = axes.scatter([], [], **crowd)
         self.marks = {k: axes.plot([], [], **look)[0] for k, look in own.items()}
+        scale = axes.figure.dpi_scale_trans
+        beside = axes.transData + ScaledTranslation(*BESIDE, scale)
+        self.counts = {
+            count: _write_signs(axes, str(count), transform=beside)
+            for count in range(2, MOST_COUNTED + 1)
+        }
+        self.letters = [self._write_letters(well) for well in building.stairwells]
         self.lines = {k: curve.plot([], [], **look)[0] for k, look in CURVES.items()}
         self.texts = [_note(axes, "", x, 20, 12) for x in (0, 80)]
 
         there = [*self.marks.values(), *self.people.values(), *self.names.values()]
+        for signs in [*self.counts.values(), *self.letters]:
+            there += signs
         there.sort(key=Artist.get_zorder)
         self.moving: list[Artist] = [*self.texts, *there, *self.lines.values()]
 
@@ -195,6 +215,14 @@ class EvacuationPanel:
         if again:
             again.set(visible=False, zorder=OVER_FLAMES)
         return again
+
+    def _write_letters(self, well: Stairwell) -> list[Line2D]:
+        """Write a stairwell's letter at its north end: robots stand in its middle."""
+        storeys = [self.building.areas[index] for index in well.areas.values()]
+        ends = [self.building.metres(*plans.north_end(area)) for area in storeys]
+        signs = _write_signs(self.axes, well.letter)
+        _move(signs, self.on_page([*well.areas], ends))
+        return signs
 
     def show(self, world: World, history: Sequence[Tally]) -> None:
         """Move everything to where it is in a world."""
@@ -241,6 +269,7 @@ class EvacuationPanel:
     def _show_robots(self, world: World) -> None:
         robots = world.robots
         self._put("robot", [r.floor for r in robots], [r.position for r in robots])
+        self._count_robots(world)
 
         sent = [r for r in robots if r.active and r.destination is not None]
         floors = [r.floor for r in sent]
@@ -249,6 +278,18 @@ class EvacuationPanel:
         between = np.full_like(there, np.nan)  # where the line is interrupted
         x, y = np.stack([start, there, between], axis=2).reshape(2, -1)
         self.marks["destination"].set_data(x, y)
+
+    def _count_robots(self, world: World) -> None:
+        """Write beside the first of several robots on one spot how many there are."""
+        floors = np.array([robot.floor for robot in world.robots], int)
+        places = np.array([robot.position for robot in world.robots]).reshape(-1, 2)
+        apart = np.hypot(*(places[:, None] - places[None]).T)
+        near = (apart < ONE_SPOT) & (floors[:, None] == floors)
+        counts = np.minimum(near.sum(axis=1), MOST_COUNTED)
+        first = np.argmax(near, axis=1) == np.arange(len(near)) if len(near) else counts
+        for count, signs in self.counts.items():
+            here = (counts == count) & (first == 1)
+            _move(signs, self.on_page(floors[here], places[here]))
 
     def _show_fire(self, world: World) -> None:
         flames = world.flames
@@ -339,6 +380,29 @@ def looks(metre: float) -> dict[str, Style]:
         "destination": marker("+", 1.3 * mark, INK, INK, 1.4) | seen,
         "died here": marker("x", 0.9 * mark, INK, INK, 1.6),
     }
+
+
+def _write_signs(axes: Axes, letter: str, **look: Any) -> list[Line2D]:
+    """Write a letter or a digit over all else, and its halo: marks take less than text.
+
+    They are nowhere until they are moved.
+    """
+    outline = TextPath((0, 0), letter)
+    middle = outline.get_extents().get_points().mean(axis=0)
+    glyph = Path(outline.vertices - middle, outline.codes)
+    look |= {"ls": "", "marker": glyph, "ms": 5.5, "zorder": OVER_ALL}
+    inks: tuple[Style, ...] = (
+        {"color": "white", "mew": 2.4},
+        {"color": INK, "mew": 0.2},
+    )
+    return [axes.plot([], [], **look, **ink)[0] for ink in inks]
+
+
+def _move(signs: Sequence[Line2D], places: np.ndarray) -> None:
+    """Move a letter to (2, k) places on its axes; nothing is painted for none."""
+    for sign in signs:
+        sign.set_data(*places)
+        sign.set_visible(bool(places.size))
 
 
 def marker(shape: Any, size: float, fill: str, edge: str, width: float) -> Style:

@@ -171,6 +171,12 @@ def write_name(
     return axes.text(x, y, area.name, fontsize=size, **place, **look)
 
 
+def north_end(area: Area) -> np.ndarray:
+    """Find the middle of a stairwell's northern row: (row, column)."""
+    first = area.cells[area.cells[:, 0] == area.cells[0, 0]]
+    return np.asarray(first.mean(axis=0))
+
+
 def lettering(area: Area, metre: float, largest: float) -> tuple[float, bool]:
     """Choose the size of a room's name, 0 where it has no place; and if it is upright.
 

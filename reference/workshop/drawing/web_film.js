@@ -86,7 +86,8 @@ function line(context, way, colour, width) {
   context.stroke()
 }
 
-function write(context, [, x, y, decimetres, upright, name]) { // over flames; not huge
+const isStairwell = ([, , , , , name]) => /^[A-D]$/.test(name)
+function write(context, [, x, y, decimetres, upright, name]) { // not huge
   context.save()
   context.translate(x * metre / 10, y * metre / 10)
   if (upright) context.rotate(-Math.PI / 2)
@@ -96,6 +97,13 @@ function write(context, [, x, y, decimetres, upright, name]) { // over flames; n
   context.strokeText(name, 0, 0)
   context.fillText(name, 0, 0)
   context.restore()
+}
+
+function together(bodies) { // robots on one spot, of which one is seen, and how many
+  const robots = bodies.filter(one => one.state == ROBOT)
+  const near = one => robots.filter(two => Math.hypot(two.x - one.x, two.y - one.y) < film.spot)
+  return robots.map(one => [one, near(one)])
+    .filter(([one, all]) => all.length > 1 && all[0] == one).map(([one, all]) => [one, all.length])
 }
 
 // -- A floor at an instant ----------------------------------------------------------
@@ -111,7 +119,8 @@ function paint(run, floor, canvas, bodies, t) {
     if (level == floor && lit <= k) cell(ash >= 0 && ash <= k ? "ash" : "flames", row, column)
   for (const [mark, burnt] of run.doors.filter(door => film.marks[door[0]].floor == floor))
     if (burnt <= t) film.marks[mark].cells.forEach(place => cell("burnt door", ...place))
-  film.rooms.filter(room => room[0] == floor).forEach(room => write(context, room))
+  const named = film.rooms.filter(room => room[0] == floor)
+  named.filter(room => !isStairwell(room)).forEach(room => write(context, room)) // over flames
   for (const [level, x, y, lit] of run.sources)
     if (level == floor && lit <= t) at("fire source", x, y)
   const here = bodies.filter(one => one.floor == floor && one.state != OUT)
@@ -132,6 +141,9 @@ function paint(run, floor, canvas, bodies, t) {
   }
   for (const { state, x, y, health } of here.sort((a, b) => a.state % DEAD - b.state % DEAD))
     at(STATES[state], x, y, state < OUT && colour(health))
+  named.filter(isStairwell).forEach(room => write(context, room)) // over people
+  for (const [{ x, y }, count] of together(here))
+    write(context, [floor, x + 1.8 * size / dm, y - 1.4 * size / dm, 1.8 * size / dm, false, count])
   const chosen = here.find(one => one.i == run.chosen)
   if (!chosen) return
   for (const one of here) if (one.leader == chosen.i || chosen.leader == one.i)
@@ -210,7 +222,8 @@ function legend() { // of what occurs in this film
   }
   aside.insertAdjacentHTML("beforeend", `<span>health: 0 <i style="width: 90px;
     background: linear-gradient(90deg, ${film.health})"></i> 100</span>
-    <span>faint line: walked in ${film.trail} s</span><span>at the slider:
+    <span>faint line: walked in ${film.trail} s</span>${
+    is(ROBOT) ? "<span>number: so many robots on one spot</span>" : ""}<span>at the slider:
     <i class="source"></i> fire source, <i class="ink"></i> death${
     film.runs[1] ? "; below it: of the second" : ""}</span>`)
 }

@@ -2,7 +2,7 @@
 
 The paper's figures, extended in time [A8].  The page draws: `web_film.html` is its
 template, here is what it asks for.  Floors are SVG, whose colours the page's style
-chooses; names of rooms are painted over flames.
+chooses; names of rooms are painted over flames, letters of stairwells over people.
 
     B  bodies: people, then robots
 """
@@ -20,7 +20,7 @@ from reference import paper
 from reference.building import Building, Kind
 from reference.simulation import Simulation
 from reference.workshop.drawing import page, plans
-from reference.workshop.drawing.evacuation import INKS, STEPS, TRAIL_SECONDS
+from reference.workshop.drawing.evacuation import INKS, ONE_SPOT, STEPS, TRAIL_SECONDS
 from reference.workshop.strategies import FIRES
 from reference.world import NOWHERE, DoorBurnt, Fate
 
@@ -55,6 +55,7 @@ def write_web_film(
         "step": seconds_per_frame(runs[0]),
         "end": round(max(run.world.time for run in runs), 9),
         "trail": TRAIL_SECONDS,
+        "spot": 10 * ONE_SPOT,
         "size": [across, down],
         "columns": BODY.split(),
         "health": STEPS,
@@ -220,5 +221,8 @@ def floor_names(building: Building, floor: int) -> list[list[Any]]:
             middle, sides = plans.widest(area.cells)
             y, x = (10 * middle + 5).tolist()
             size = min(size, 8.0 * float(sides[1 if upright else 0]))
+            if area.kind == "stairwell":  # robots stand in its middle
+                y, x = (10 * plans.north_end(area) + 5).tolist()
+                size = 14.0
             names.append([floor, x, y, round(size, 1), upright, area.name])
     return names
