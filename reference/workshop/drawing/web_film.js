@@ -143,7 +143,7 @@ function paint(run, floor, canvas, bodies, t) {
     at(STATES[state], x, y, state < OUT && colour(health))
   named.filter(isStairwell).forEach(room => write(context, room)) // over people
   for (const [{ x, y }, count] of together(here))
-    write(context, [floor, x + 1.8 * size / dm, y - 1.4 * size / dm, 1.8 * size / dm, false, count])
+    write(context, [floor, x + 1.8 * size / dm, y + 1.4 * size / dm, 1.8 * size / dm, false, count])
   const chosen = here.find(one => one.i == run.chosen)
   if (!chosen) return
   for (const one of here) if (one.leader == chosen.i || chosen.leader == one.i)
