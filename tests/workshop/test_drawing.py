@@ -546,7 +546,7 @@ def ended():
         (lambda: [evacuation(0.4)], ["a", "b"], "1 evacuations have 2 headings"),
         (list, "", "takes a Simulation, or a list of them, not nothing"),
         (lambda: "tiny", "", "takes a Simulation, or a list of them, not 'tiny'"),
-        (lambda: TINY, "", "takes a Simulation, or a list of them, not <ref"),
+        (lambda: TINY, "", "takes a Simulation, or a list of them, not <Building"),
         (lambda: Simulation, "", "takes a Simulation, or a list of them, not <class"),
         (ended, "", "this evacuation has ended"),
         (lambda: [evacuation(0.4), ended()], "", "this evacuation has ended"),

@@ -43,6 +43,6 @@ for character in "#.+EAa ":
 #> '.': house.txt:16:15: there is a hole in the outer wall
 #> '+': house.txt:16:15: this door leads outside
 #> 'E' is accepted
-#> 'A': house.txt:16:15: stairwell A is open here
+#> 'A': house.txt:16:15: 'A' stands alone, and is no stairwell
 #> 'a': house.txt:16:15: there is a hole in the outer wall
 #> ' ': house.txt:16:15: there is a hole in the outer wall
