@@ -1,7 +1,8 @@
 """What a robot that learns chooses between: the anchors of each floor, by kind [C5].
 
 Ways out, feet of stairs and cells to guard belong to the map.  A point that means a way
-out may lie in a wall; it is drawn where it leads.  The other anchors belong to a
+out may lie in a wall; it is drawn where it leads.  A point near stairs means them [C6],
+so their foot may be in the next room.  The other anchors belong to a
 moment, and stand here for one: ten seconds into an evacuation that `Escort` guides.
 What `learned` reads is drawn: groups of people have anchors.
 """
@@ -21,7 +22,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.anchors.frame import KEEP, WAIT, robot_destinations
 from reference.workshop.anchors.sets import SetView
-from reference.workshop.drawing import page
+from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.evacuation import FLAME, INK, STEPS, marker
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.workshop.strategies.guides import Escort
@@ -34,7 +35,7 @@ _PALE = 0.45  # of the floors
 KEEPING = "keep: where the robot is headed"
 STAYING = "stay: where it stands"
 WAY_OUT = "means this way out [C6]"
-FOOT_OF_STAIRS = "foot of stairs, where people come out"
+FOOT_OF_STAIRS = "foot of stairs: the nearest point that does not mean them"
 GUARDED = "where to guard a way from fire"
 LOST = "a person whom nobody leads"
 A_ROBOT = "robot"
@@ -43,10 +44,10 @@ PERSON = "another person, no anchor"
 ANCHOR_LOOKS: dict[str, Style] = {
     A_ROBOT: marker("D", 7, "white", INK, 1.8) | {"zorder": 6},
     STAYING: marker("o", 13, "none", page.BLUE, 1.8) | {"zorder": 6},
-    KEEPING: marker("+", 13, INK, INK, 2) | {"zorder": 7},
+    KEEPING: marker("+", 13, INK, INK, 2) | {"zorder": 7} | plans.HALO,
     WAY_OUT: marker("*", 15, COLOURS[Kind.EXIT], "white", 0.8) | {"zorder": 5},
     FOOT_OF_STAIRS: marker("s", 7, COLOURS[Kind.ENTRANCE], "white", 1) | {"zorder": 5},
-    GUARDED: marker("h", 13, "none", FLAME, 2) | {"zorder": 4},
+    GUARDED: marker("h", 11, "none", FLAME, 1.6) | {"zorder": 4},
     LOST: marker("o", 7, STEPS[-1], INK, 0.8) | {"zorder": 5},
     PERSON: marker(".", 5, page.FAINT, page.FAINT, 1) | {"zorder": 3},
 }

@@ -15,6 +15,7 @@ _INKS = COLOURS[Kind.FLOOR], "#e5a9c6", "#b3437f", "#5e1150"
 CROSS: dict[str, Style] = {
     "died here (larger: more people)": {"ls": "", "marker": "x", "color": INK}
 }
+LEAST_CROSS = 10  # square points: one death in many evacuations is seen, too
 DENSITY_COLOURS = LinearSegmentedColormap.from_list("density", _INKS)
 
 
@@ -63,6 +64,6 @@ def mark_deaths(
     """
     cells = np.argwhere(deaths)
     x, y = building.metres(*cells.T)
-    sizes = 22 * deaths[tuple(cells.T)] / runs**0.5
+    sizes = LEAST_CROSS + 22 * deaths[tuple(cells.T)] / runs**0.5
     look: Style = {"color": INK, "marker": "x", "zorder": 3}
-    axes.scatter(x + move[0], y + move[1], np.clip(sizes, 4, None), **look)
+    axes.scatter(x + move[0], y + move[1], sizes, **look)
