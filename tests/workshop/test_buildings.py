@@ -261,7 +261,7 @@ def test_what_holds_in_all_buildings_is_noted_once(huts, capsys):
     """Such as that one network plays in any of them."""
     command = "evaluate --people 5 --workers 0 --robots learned --episodes 1"
     assert main(f"{command} --building hut.txt wide.txt".split()) == 0
-    assert capsys.readouterr().out.count("the network that knows no building") == 1
+    assert capsys.readouterr().err.count("the network that knows no building") == 1
 
 
 @pytest.mark.slow

@@ -76,6 +76,11 @@ def print_note(words: str) -> None:
     print(words, file=sys.stderr)
 
 
+def one_terminal() -> bool:
+    """Whether notes and figures are seen together: nothing need be told on both."""
+    return sys.stdout.isatty() and sys.stderr.isatty()
+
+
 def format_figure(value: float | str | None) -> str:
     """Write a figure with two decimals if it has any, a word as it is, "-" for None."""
     if isinstance(value, str):

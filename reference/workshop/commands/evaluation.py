@@ -10,7 +10,12 @@ from typing import Any, TypeVar
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import RulerError, paper_ruler
 from reference.workshop.commands import options
-from reference.workshop.commands.common import print_note, print_report, run_in_folder
+from reference.workshop.commands.common import (
+    one_terminal,
+    print_note,
+    print_report,
+    run_in_folder,
+)
 from reference.workshop.comparing import buildings, matches, results
 from reference.workshop.comparing.buildings import Evaluations, Played
 from reference.workshop.comparing.matches import Arena, Evaluation
@@ -75,10 +80,12 @@ def evaluate(arguments: Namespace) -> None:
         if baseline and baseline not in robots:
             wanted = f"--baseline {baseline}: add it to --robots."
             raise ContradictionError(wanted + did_you_mean(baseline, robots))
-        _print_what_is_played(arguments, evaluations)
+        heading = _what_is_played(evaluations)
+        print_note(heading)
+        above = "" if one_terminal() else f"{heading}\n"  # there it stands already
         played = buildings.play_in_buildings(evaluations, out, executor)
         if len(evaluations) > 1:
-            _keep_and_print_all(arguments, evaluations, played)
+            _keep_and_print_all(arguments, evaluations, played, above)
         else:
             (evaluation,) = evaluations.values()
             (found,) = played.values()
@@ -88,23 +95,16 @@ def evaluate(arguments: Namespace) -> None:
                     _keep(out, summary)
                     print_note(f"tables and pictures are in {out}")
             finally:  # whatever cannot be written, the table is told
-                print_report(arguments, summary.report, summary.text())
+                print_report(arguments, summary.report, above + summary.text())
 
 
-def _print_what_is_played(arguments: Namespace, evaluations: Evaluations) -> None:
-    """Print what is played in each building, and what is unexpected there, once.
-
-    It stands above the tables, or on stderr where programs read the report.
-    """
+def _what_is_played(evaluations: Evaluations) -> str:
+    """Say what is played in each building, and what is unexpected there, once."""
     lines = list[str]()
     for name, evaluation in evaluations.items():
         head = f"{name}: " if len(evaluations) > 1 else ""
         lines += [head + evaluation.about(), *matches.notes(evaluation)]
-    words = "\n".join(dict.fromkeys(lines))
-    if arguments.json:
-        print_note(words)
-    else:
-        print(words, flush=True)
+    return "\n".join(dict.fromkeys(lines))
 
 
 def _begin_or_resume(arguments: Namespace) -> dict[str, Evaluation]:
@@ -179,9 +179,12 @@ def _keep(folder: Path, summary: SummedUp) -> None:
 
 
 def _keep_and_print_all(
-    arguments: Namespace, evaluations: Evaluations, played: Played
+    arguments: Namespace, evaluations: Evaluations, played: Played, above: str
 ) -> None:
-    """Keep and print what several buildings come to, and their differences."""
+    """Keep and print what several buildings come to, and their differences.
+
+    above: what stands above the table
+    """
     summaries = {
         name: _sum_up(arguments, evaluation, played[name])
         for name, evaluation in evaluations.items()
@@ -208,7 +211,7 @@ def _keep_and_print_all(
                 f"tables and pictures are in {out}, those of a building below it"
             )
     finally:  # whatever cannot be written, the table is told
-        print_report(arguments, report, "\n".join(text))
+        print_report(arguments, report, above + "\n".join(text))
 
 
 def _keep_comparison(
