@@ -12,8 +12,8 @@ From a map's text to a picture:
     #......E
     ########''')
     simulation = Simulation(hut, Scenario(people=2))
-    print(simulation.run())
     draw(simulation, "hut.png")
+    print(simulation.run())
 
 `load` takes a path, too, or the name of a map that ships; `animate` films. These five
 names are the front door.
