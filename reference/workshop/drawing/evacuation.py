@@ -36,7 +36,7 @@ HEALTHS = ListedColormap(STEPS, name="health")
 OVER_FLAMES = 3.8  # where names of rooms are drawn, below all that moves
 OVER_ALL = 7  # where letters of stairwells are drawn, and numbers of robots
 ONE_SPOT = 0.5  # metres between robots of which one hides the other
-COUNT_AT = (0.11, -0.09)  # inches from a robot to the number of those on its spot
+TO_NUMBER = (0.11, -0.09)  # inches from a robot to the number of those on its spot
 MOST_COUNTED = 9  # robots on one spot; more have the same number
 TOLD = {"robot": "robot (2: two)"}  # in the legend
 ALONE_WIDE = 11  # inches of a page with one evacuation
@@ -192,7 +192,7 @@ class EvacuationPanel:
             self.people[mode] = axes.scatter([], [], **crowd)
         self.marks = {k: axes.plot([], [], **look)[0] for k, look in own.items()}
         scale = axes.figure.dpi_scale_trans
-        beside = axes.transData + ScaledTranslation(*COUNT_AT, scale)
+        beside = axes.transData + ScaledTranslation(*TO_NUMBER, scale)
         self.counts = {
             count: _write_signs(axes, str(count), transform=beside)
             for count in range(2, MOST_COUNTED + 1)
