@@ -27,5 +27,5 @@ for name, robots in guides.items():
         to_the_end(runs)
     saved = sum(run.outcome().evacuated for run in runs) / (40 * len(runs))
     print(f"`{name}` saves {saved:.0%} under `closer`")
-#> `observer` saves 78% under `closer`
-#> `guard` saves 70% under `closer`
+#> `observer` saves 79% under `closer`
+#> `guard` saves 72% under `closer`
