@@ -1,6 +1,7 @@
 """What a decision is worth: the same futures for every choice, and none is the own."""
 
 from argparse import Namespace
+from dataclasses import replace
 from importlib.util import module_from_spec, spec_from_file_location
 
 import numpy as np
@@ -260,7 +261,7 @@ def asks(table, **more):
     usual = {
         "table": str(table), "decisions": 1, "fires": ["random", "fixed"],
         "base": ["observer"], "held": [2], "where": "any", "building": "tiny",
-        "seed": 5, "workers": 1, "minutes": 9.0,
+        "seed": 5, "workers": 0, "minutes": 9.0,
     }  # fmt: skip
     return Namespace(**usual | more)
 
@@ -269,7 +270,7 @@ def test_a_table_that_was_stopped_ends_as_one_that_was_not(experiment, tmp_path)
     """Row by row, but for the seconds that it took."""
 
     def rows(table):
-        return [row._replace(seconds=0) for row in experiment.read_rows(table)]
+        return [replace(row, seconds=0) for row in experiment.read_rows(table)]
 
     whole = tmp_path / "whole.csv"
     experiment.play(asks(whole))

@@ -14,10 +14,10 @@ Robots have no such time while it burns: it tells how much better they could be.
 import sys
 from argparse import ArgumentParser
 from copy import deepcopy
+from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
 from time import process_time
-from typing import NamedTuple
 
 import numpy as np
 from what_a_decision_is_worth import measure_all, named, read_rows
@@ -36,7 +36,8 @@ BASES = ("observer", "learned")
 ROUNDS = FUTURES[:2]  # of a search: it measures nothing
 
 
-class Job(NamedTuple):
+@dataclass(frozen=True)
+class Job:
     """One evacuation to play.
 
     held     decisions from one search to the next
@@ -51,19 +52,14 @@ class Job(NamedTuple):
     seed: int
 
 
-class Row(NamedTuple):
+@dataclass(frozen=True)
+class Row(Job):
     """What came of it, in people.
 
     own     saved by the team's own strategy;  searching  saved by robots that search
     chosen  how often one believed in something better;  seconds  of a processor
     """
 
-    building: str
-    held: int
-    futures: str
-    base: str
-    fire: str
-    seed: int
     people: int
     own: int
     searching: int
@@ -83,7 +79,7 @@ def measured(job):
         chosen = play_searching(searching, job.held, futures, rng)
     usual = own.outcome()
     return Row(
-        *job,
+        **asdict(job),
         people=usual.people,
         own=usual.evacuated,
         searching=searching.outcome().evacuated,

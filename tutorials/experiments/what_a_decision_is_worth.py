@@ -15,11 +15,12 @@ To check the method where the answer is known, `play --fires fixed --where guard
 
 import sys
 from argparse import ArgumentParser
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from copy import deepcopy
+from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
-from itertools import islice, product
+from itertools import product
 from math import nan
+from operator import attrgetter
 from pathlib import Path
 from time import process_time
 from typing import NamedTuple
@@ -49,7 +50,7 @@ from reference.workshop.measuring.branching import (
     worth_of,
 )
 from reference.workshop.storage.files import Table, read_table
-from reference.workshop.storage.workers import one_thread
+from reference.workshop.storage.workers import map_as_done, one_thread, workers
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import Observer
 
@@ -61,7 +62,8 @@ AT_GUARD = 1.0  # metres
 TIMES = ((0, 50), (50, 100), (100, 250))  # seconds
 
 
-class Job(NamedTuple):
+@dataclass(frozen=True)
+class Job:
     """One decision to measure; seed: of its evacuation."""
 
     building: str
@@ -72,7 +74,8 @@ class Job(NamedTuple):
     seed: int
 
 
-class Row(NamedTuple):
+@dataclass(frozen=True)
+class Row(Job):
     """What came of it; people are counted, of those of the scenario.
 
     led      by the robot at (x, y);  own  what the team decides
@@ -84,12 +87,6 @@ class Row(NamedTuple):
     seconds  of a processor
     """
 
-    building: str
-    where: str
-    held: int
-    base: str
-    fire: str
-    seed: int
     time: float
     floor: int
     robot: int
@@ -182,7 +179,7 @@ def measured(job):
 
     x, y = robot.position.tolist()
     row = Row(
-        *job,
+        **asdict(job),
         time=round(run.world.time, 1),
         floor=robot.floor,
         robot=robot.number,
@@ -199,7 +196,8 @@ def measured(job):
     if best is not None:
         to_x, to_y = best.point
         near = drawn.guard and distance(best.point, drawn.guard) < AT_GUARD
-        row = row._replace(
+        row = replace(
+            row,
             kind=best.kind,
             to_x=to_x,
             to_y=to_y,
@@ -211,7 +209,7 @@ def measured(job):
             gain_error=worth.gain_error,
             found=int(bool(near)),
         )
-    return row._replace(seconds=round(process_time() - began, 2))
+    return replace(row, seconds=round(process_time() - began, 2))
 
 
 # -- Many ---------------------------------------------------------------------------
@@ -219,12 +217,12 @@ def measured(job):
 
 def read_rows(path, kind=Row):
     """The rows of a table, as they came; kind: the record that each is."""
+    types = {field.name: field.type for field in fields(kind)}
 
     def made(cells):
-        kinds = kind.__annotations__
-        return kind(**{name: kinds[name](cell) for name, cell in cells.items()})
+        return kind(**{name: types[name](cell) for name, cell in cells.items()})
 
-    return read_table(path, kind._fields, made)
+    return read_table(path, list(types), made)
 
 
 def play(asked):
@@ -246,7 +244,7 @@ def play(asked):
 def measure_all(kind, measure, jobs, asked):
     """Measure what is not in the table yet, until all is there or time is up.
 
-    kind     of the rows, which begin with their job, and say how many seconds it took
+    kind     of the rows: a job, and what came of it; seconds is how many it took
     measure  what comes of a job: a row, or None
     asked    table, workers and minutes
     Yields rows as they come; each is in the table by then.
@@ -254,39 +252,24 @@ def measure_all(kind, measure, jobs, asked):
     path = Path(asked.table)
     path.parent.mkdir(parents=True, exist_ok=True)
     rows = read_rows(path, kind)
-    there = {tuple(row[: len(jobs[0])]) for row in rows}
-    table = Table(path, kind._fields, [row._asdict() for row in rows])
-    left = [job for job in jobs if job not in there]
+    table = Table(path, [field.name for field in fields(kind)], map(asdict, rows))
+    of_job = attrgetter(*[field.name for field in fields(kind.__base__)])
+    there = set(map(of_job, rows))
+    left = [job for job in jobs if of_job(job) not in there]
     print(f"{len(rows)} rows are there; {len(left)} to play", file=sys.stderr)
 
     make_ready()
     spent = 0.0
-    for row in results(measure, left, asked.workers):
-        table.append([row._asdict()])
-        yield row
-        spent += row.seconds
-        if spent >= 60 * asked.minutes:
-            print("time is up; go on with the same command", file=sys.stderr)
-            break
-
-
-def results(measure, jobs, workers):
-    """Yield rows as they come."""
-    if workers <= 1:
-        yield from filter(None, map(measure, jobs))
-        return
-    left = iter(jobs)
-    with ProcessPoolExecutor(workers) as pool:
-        going = {pool.submit(measure, job) for job in islice(left, workers)}
-        try:
-            while going:
-                done, going = wait(going, return_when=FIRST_COMPLETED)
-                more = islice(left, len(done))
-                going |= {pool.submit(measure, job) for job in more}
-                rows = [future.result() for future in done]
-                yield from filter(None, rows)
-        finally:
-            pool.shutdown(cancel_futures=True)
+    with workers(asked.workers) as pool:
+        for _, row in map_as_done(pool, measure, left):
+            if row is None:
+                continue
+            table.append([asdict(row)])
+            yield row
+            spent += row.seconds
+            if spent >= 60 * asked.minutes:
+                print("time is up; go on with the same command", file=sys.stderr)
+                break
 
 
 # -- What came of it ----------------------------------------------------------------
@@ -350,7 +333,7 @@ def tell_guard(rows):
     for name, part in parts.items():
         if not part:
             continue
-        guards = [row._replace(gain=row.guards) for row in part]
+        guards = [replace(row, gain=row.guards) for row in part]
         found = sum(row.found for row in part)
         print(f"    {name}")
         print(f"        {'the best choice':26}{told(part)}")
