@@ -18,7 +18,7 @@ import numpy as np
 from reference.building import Building
 from reference.fire import Decision, FireStrategy
 from reference.game import observations
-from reference.paper import InputError, Scenario, refuse_no_objects
+from reference.paper import InputError, Scenario, refuse_no_objects, refuse_no_seed
 from reference.rewards import fire_reward, group_reward
 from reference.robots import Destination, Destinations, RobotStrategy
 from reference.simulation import Simulation
@@ -159,11 +159,12 @@ class Environment:
         """Begin a new episode: observations and infos. Same seed, same episode.
 
         Without a seed the next one is drawn from the last one given, or at random.
-        Raises ValueError for a negative seed.
+        Raises InputError for a seed that is no whole number of 0 or more.
         """
         if seed is None:
             seed = int(self._seeds.integers(2**32))
         else:
+            refuse_no_seed(seed)
             self._seeds = np.random.default_rng(seed)
         self._begin(seed)
         self.agents = self.possible_agents.copy()

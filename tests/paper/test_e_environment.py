@@ -99,6 +99,16 @@ def test_refuses_a_game_without_agents():
         Environment(shipped("tiny"), Scenario(people=5000))
 
 
+@pytest.mark.parametrize("seed", ["x", -1, 2.5, True])
+def test_refuses_a_seed_that_is_no_whole_number(seed):
+    """In words, as a simulation does; the episode goes on."""
+    environment = game()
+    before = environment.simulation
+    with pytest.raises(InputError, match="seed is "):
+        environment.reset(seed)
+    assert environment.simulation is before
+
+
 # -- Observations and infos ---------------------------------------------------------
 
 
