@@ -230,9 +230,9 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 
 # For PPO, and without posthumous credit, going is worth nothing to A. So it waits.
 #
-# The robots that ship copied `guard`, then learned by MA-POCA, see RESULTS.md. How one
-# stands in the way of a fire they have from the copy. Watch it in a page for a browser
-# (`.gif` and `.mp4` work as well):
+# The robots that ship are a copy of `guard`, and learned nothing after it: why not is told
+# in RESULTS.md. Watch one stand in the way of a fire, in a page for a browser (`.gif` and
+# `.mp4` work as well):
 #
 #     python -m reference evacuate --robots learned --fire fixed --animate learned.html
 

@@ -162,8 +162,8 @@ met = np.array(
 )
 print("against the first fire they save more than before:", met[1, 0] > met[0, 0])
 #> against the first fire they save more than before: True
-print("and more than the fire of act three leaves their past:", met[1, 1] > met[0, 1])
-#> and more than the fire of act three leaves their past: True
+print("against the fire of act three, too:", met[1, 1] > met[0, 1])
+#> against the fire of act three, too: True
 
 figure = Figure(figsize=(10, 3.6), layout="constrained")
 race, matrix = figure.subplots(1, 2, width_ratios=(3, 2))

@@ -281,17 +281,26 @@ def test_what_differs_between_trainings_is_said_in_a_line():
         differences({"a": one, "b": fixed})
         == "building: tiny, paper; fire: learns, random"
     )
-    network = LearnedNetwork(robots, {"weight": torch.ones(3)})
-    later = replace(one, initial={"robots": network})
+    later = replace(one, initial={"robots": network(3)})
     assert re.fullmatch(
         r"begins with: random weights, network [0-9a-f]{6}",
         differences({"a": one, "b": later}),
+    )
+    against = {k: replace(one, fixed={"fire": (network(k),)}) for k in (1, 2)}
+    assert re.fullmatch(
+        r"fire: network [0-9a-f]{6}, network [0-9a-f]{6}", differences(against)
     )
     laptop = replace(one, settings=preset("laptop"))
     assert re.search(r"; and \d+ more$", differences({"a": one, "b": laptop}))
 
 
 # -- Levels -------------------------------------------------------------------------
+
+
+def network(weight):
+    """A fire that does not learn; its weights tell it from another."""
+    weights = {"weight": torch.full((3,), float(weight))}
+    return LearnedNetwork(preset("tiny").fire, weights)
 
 
 def task_with(fires=None, plan=TINY, **changes):
@@ -355,6 +364,8 @@ def test_several_maps_meet_all_fires(monkeypatch):
         ([task_with(), replace(task_with(), seed=3)], ""),
         ([task_with(), task_with(("random",))], ""),
         ([task_with(), task_with(("busiest",))], "they differ"),
+        ([task_with((network(1),)), task_with((network(1),))], ""),
+        ([task_with((network(1),)), task_with((network(2),))], "they differ"),
         ([task_with(), task_with(people=5)], "they differ"),
         ([task_with(), task_with(plan=plan_of(load("museum")))], "they differ"),
         ([replace(task_with(), family=Family())], "by lot"),

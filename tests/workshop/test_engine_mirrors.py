@@ -258,7 +258,7 @@ def test_the_note_names_three_rules_and_what_to_do(
     assert not engine.knows_all_rules()
     assert capsys.readouterr().err == (
         "humans.LEADER, which humans.think reads, is not the rule that the engine was "
-        "compiled from: the book plays, by your rule, ten times slower or more. "
+        "compiled from: the book plays, by your rule, several times slower. "
         "To go on fast: pytest tests/workshop/test_engine_mirrors.py\n"
     )
     for name in ("forget", "arrive", "decide", "pass_landmark"):

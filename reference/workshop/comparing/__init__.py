@@ -5,6 +5,11 @@ played) and `results` (what they come to, by `intervals`); `buildings` does so i
 several.  An experiment is `design` (one file), `jobs` (train, test) and `report` (a
 page).
 
+    from reference.evaluation.score import paper_ruler
+    from reference.workshop.comparing import begin_evaluation, cells
+    from reference.workshop.comparing import play_evaluation, table
+    from reference.workshop.storage.workers import workers
+
     evaluation = begin_evaluation(robots=("sweep", "patrol"), fires=("random",))
     with workers(2) as executor:
         results = play_evaluation(evaluation, None, executor)

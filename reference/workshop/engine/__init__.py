@@ -21,7 +21,7 @@ from reference.simulation import Simulation
 if TYPE_CHECKING:
     from reference.workshop.engine.mirrors import Rules
 
-SLOWER = "ten times slower or more"
+SLOWER = "several times slower"
 GET_NUMBA = "To go on fast: pip install -e '.[fast]'"
 WHAT_TO_DO = "To go on fast: pytest tests/workshop/test_engine_mirrors.py"
 ONE_ASKS = RLock()  # for the rules; meanwhile other threads wait

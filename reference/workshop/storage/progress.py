@@ -25,9 +25,10 @@ class Pace:
         return monotonic() - self.told >= SECONDS_BETWEEN
 
     def in_words(self, done: int) -> str:
-        """Say how much is done, and the time left."""
+        """Say how much is done, and the time left once anything is."""
         self.told = monotonic()
-        share = done / self.total
-        each = (self.told - self.begin) / max(1, done - self.first)
-        left = tqdm.format_interval(each * (self.total - done))
-        return f"{share:.0%} done, {left} left"
+        share = f"{done / self.total:.0%} done"
+        if done == self.first:
+            return share
+        each = (self.told - self.begin) / (done - self.first)
+        return f"{share}, {tqdm.format_interval(each * (self.total - done))} left"

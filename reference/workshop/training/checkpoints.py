@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import asdict, dataclass, field, fields, replace
+from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 from sys import intern
@@ -108,8 +109,15 @@ class Checkpoint:
 
 
 def player_names(players: Iterable[LearnedNetwork | str]) -> str:
-    """Name players that do not learn."""
-    return ", ".join(who if isinstance(who, str) else "a network" for who in players)
+    """Name players that do not learn: strategies, and networks by their weights."""
+    return ", ".join(who if isinstance(who, str) else _name_of(who) for who in players)
+
+
+def _name_of(network: LearnedNetwork) -> str:
+    """Name a network by a digest of its weights."""
+    weights = [network.weights[name] for name in sorted(network.weights)]
+    digest = sha256(b"".join(weight.numpy().tobytes() for weight in weights))
+    return f"network {digest.hexdigest()[:6]}"
 
 
 # -- Files --------------------------------------------------------------------------

@@ -1,12 +1,10 @@
 """What differs between trainings that are compared: their buildings and settings."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from reference.learning.players import LearnedNetwork
 from reference.learning.settings import SIDES
 from reference.workshop.training.checkpoints import (
     Task,
@@ -53,21 +51,12 @@ def settings_of(task: Task) -> dict[str, Any]:
         "building": task.building,
         "seed": task.seed,
         "imitate": task.imitate or "nobody",
-        "begins with": _networks_in_words(task.initial.values()),
+        "begins with": player_names(task.initial.values()) or "random weights",
     }
     for side in SIDES:
         players = task.fixed.get(side)
         facts[side] = player_names(players) if players else "learns"
     return facts | _flat(asdict(task.settings))
-
-
-def _networks_in_words(networks: Iterable[LearnedNetwork]) -> str:
-    """Name networks to begin with by what their weights are."""
-    told = []
-    for who in networks:
-        weights = [who.weights[name].numpy().tobytes() for name in sorted(who.weights)]
-        told.append(f"network {sha256(b''.join(weights)).hexdigest()[:6]}")
-    return ", ".join(told) or "random weights"
 
 
 def _flat(values: Mapping[str, Any], within: str = "") -> dict[str, Any]:

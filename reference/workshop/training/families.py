@@ -26,8 +26,8 @@ HEADS_OF_SEVERAL = ("set",)
 RANDOM = "random"
 MOST_BUILDINGS = 10**6
 FIRST_SEED = 2**32
-"""[C5, chosen] generated buildings in trainings have seeds from here on: `floors --new`
-and tests take smaller ones, so what they draw is new to whoever learned."""
+"""[C5, chosen] generated buildings in trainings have seeds from here on. Who asks for
+smaller ones, as tests do, gets buildings that are new to whoever learned."""
 
 Bounds = tuple[int, ...]  # least and most
 

@@ -84,5 +84,4 @@ def _episodes(task: Task, robots: str) -> list[Episode]:
 
 def _played(task: Task) -> tuple[Any, ...]:
     """What an evacuation of a task depends on beside its seed and its robots."""
-    fires = [who if isinstance(who, str) else id(who) for who in fires_met(task)]
-    return task.plans, task.settings.scenario, tuple(fires)
+    return task.plans, task.settings.scenario, player_names(fires_met(task))

@@ -66,6 +66,8 @@ def run_training(
         with _bar(training) as bar:
             pace = Pace(bar.total, bar.n)
             while not training.finished and not stop():
+                if not training.imitated:
+                    pace = Pace(bar.total, bar.n)  # copying takes no decisions
                 # PLAY
                 if training.task.family is None:
                     episodes = map_in_order(executor, _play, training.jobs())
@@ -127,8 +129,8 @@ class _Costs:
             each = 1000 * self.preparing / self.jobs
             share = self.preparing / (self.preparing + self.playing)
             print(
-                f"buildings: {each:,.0f} ms in each of {self.jobs:,} jobs, "
-                f"{share:.0%} of their time",
+                f"making buildings took {each:,.0f} ms a job, {share:.0%} of the time "
+                f"of {self.jobs:,} jobs",
                 file=sys.stderr,
             )
 
