@@ -230,8 +230,8 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 
 # For PPO, and without posthumous credit, going is worth nothing to A. So it waits.
 #
-# The robots that ship are a copy of `guard`, and learned nothing after it: why not is told
-# in RESULTS.md. Watch one stand in the way of a fire, in a page for a browser (`.gif` and
+# The robots that ship are a copy of `guard`, and learned nothing after it; RESULTS.md
+# tells why. Watch one stand in the way of a fire, in a page for a browser (`.gif` and
 # `.mp4` work as well):
 #
 #     python -m reference evacuate --robots learned --fire fixed --animate learned.html
