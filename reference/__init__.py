@@ -27,7 +27,7 @@ imports the workshop.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # others import these when they are asked for
+if TYPE_CHECKING:  # at run time `__getattr__` imports them when they are asked for
     from reference.paper import Scenario
     from reference.simulation import Simulation
     from reference.workshop.drawing import animate, draw

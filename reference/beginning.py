@@ -77,7 +77,7 @@ def world_with_people_at(
         building=building,
         time=0.0,
         bodies=bodies,
-        minds=[Mind(Mode.FOLLOWER) for _ in place],
+        minds=[Mind() for _ in place],
         robots=_place_robots(building, scenario.robots_per_floor, len(bodies)),
         flames=no_flames,
         burnt=set(),

@@ -28,7 +28,7 @@ OUTSIDE = "outside"  # a node of the graph
 
 
 class Kind(IntEnum):
-    """What a cell is; the label a ray returns [B1]."""
+    """What a cell is; in lower case it is the label a ray returns [B1]."""
 
     OUTSIDE = 0
     WALL = 1
@@ -176,8 +176,8 @@ class Building:
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
         """Row and column of the cell around a point."""
-        row = int(np.ceil(self.origin[0] - y)) - 1
-        col = int(np.floor(x + self.origin[1]))
+        row = self.origin[0] - 1 - int(np.floor(y))
+        col = self.origin[1] + int(np.floor(x))
         return row, col
 
     def _middle(self, cells: np.ndarray) -> tuple[float, float]:
@@ -341,12 +341,12 @@ def _ways_of(building: Building, stairs_metres: float) -> nx.MultiDiGraph:
 
     for mark in building.landmarks:
         kind = mark.kind.name.lower()
-        for ends in permutations(mark.sides, 2):
-            rooms = [building.area_of[end] for end in ends if end != OUTSIDE]
-            metres = sum(distance(room.centre, mark.position) for room in rooms)
-            if _can_walk(mark, rooms[0], ends):
+        rooms = [building.area_of[side] for side in mark.sides if side != OUTSIDE]
+        metres = sum(distance(room.centre, mark.position) for room in rooms)
+        for here, there in permutations(mark.sides, 2):
+            if here != OUTSIDE and _can_leave(building.area_of[here], mark):
                 ways.add_edge(
-                    *ends, mark.id, kind=kind, width=mark.width, length=metres
+                    here, there, mark.id, kind=kind, width=mark.width, length=metres
                 )
 
     for well in building.stairwells:
@@ -359,14 +359,12 @@ def _ways_of(building: Building, stairs_metres: float) -> nx.MultiDiGraph:
                 width=1,
                 length=stairs_metres,
             )
-    return ways
+    return nx.freeze(ways)
 
 
-def _can_walk(mark: Landmark, here: Area, ends: tuple[str, ...]) -> bool:
-    """Do people walk through a landmark from one end, an area, to the other?"""
-    if mark.kind is Kind.ENTRANCE:  # into the stairs above, out of them below
-        return (here.kind == "room") == mark.leads_out
-    return ends[0] != OUTSIDE
+def _can_leave(here: Area, mark: Landmark) -> bool:
+    """Do people leave an area by a landmark? Above they enter stairs, below no more."""
+    return mark.kind is not Kind.ENTRANCE or (here.kind == "room") == mark.leads_out
 
 
 def without_doors(graph: Graph, doors: Collection[str]) -> Graph:

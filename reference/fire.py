@@ -58,14 +58,14 @@ class SourceGenerator:
         if inside and free.reshape(shape)[cell]:
             return FireLit(world.time, floor, x, y)
 
-        others = free[self.order]
-        if self.training or not others.any():
+        others = self.order[free[self.order]]
+        if self.training or not len(others):
             return FireRefused(world.time, floor, x, y)
-        return FireLit(world.time, *decision_at(world, self.order[others.argmax()]))
+        return FireLit(world.time, *decision_at(world, others[0]))
 
 
 def lightable(building: Building) -> np.ndarray:
-    """(floors, rows, cols) bool: room cells that flames may enter [D6]."""
+    """(floors, rows, cols) bool: room cells that can burn, where one may light [D6]."""
     return burnable(building) & (building.kind == Kind.FLOOR)
 
 
@@ -182,13 +182,13 @@ def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
     return beside & building.walkable
 
 
-# -- Who decides --------------------------------------------------------------------
-
-
 def cost_of_flames(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
     """What a metre on foot costs in cells that burn and in those beside them [C5]."""
     detour = np.where(beside, paper.HEAT_COST, 1.0)
     return np.where(burning, paper.BURN_COST, detour)
+
+
+# -- Who decides --------------------------------------------------------------------
 
 
 class FireStrategy(Protocol):

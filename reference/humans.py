@@ -83,7 +83,7 @@ def stuck(me: Mind, observe: View) -> bool:
 
 
 def leader_is_robot(me: Mind) -> bool:
-    """Did the leader say where to go when last in sight? People say nothing [B5]."""
+    """Is the leader a robot? People tell followers nothing [B5]."""
     return me.told is not None
 
 

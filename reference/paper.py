@@ -218,7 +218,7 @@ class InputError(ValueError):
     """Raised for input that cannot be used; its message is meant for people."""
 
 
-MOST = 10_000  # [B8, chosen] people, robots of a floor, sources: more would not fit
+MOST = 10_000  # [B8, chosen] people, robots of a floor, sources, metres of sight
 LONGEST = 1_000_000  # seconds, eleven days, or metres: longer than anything here
 
 
@@ -258,7 +258,7 @@ class Asked(NamedTuple):
 OBJECTS = {
     "building": Asked("landmarks", "load({!r:.60})"),
     "scenario": Asked("start_counts", "Scenario(people=12)"),
-    "robots": Asked("decide", "Sweep() of reference.workshop.strategies.guides"),
+    "robots": Asked("decide", "NoRobots() of reference.robots"),
     "fire": Asked("decide", "RandomFire() of reference.fire"),
     "world": Asked("bodies", "the `world` of a simulation"),
 }
@@ -269,10 +269,10 @@ DECIDES = {"robots": ("world", "robots", "rng"), "fire": ("world", "rng")}
 def refuse_no_objects(
     building: Any, scenario: Any, robots: Any, fire: Any, world: Any = None
 ) -> None:
-    """Raise InputError for what is no such object: a name, a class, a dict, a number.
+    """Raise InputError where an argument is not what its name says.
 
-    Only a building has to be there. So it does for a world of another building, and
-    for who cannot decide what its side is asked.
+    Only the building is required. A world must be of this building, and a strategy
+    must decide what its side is asked.
     """
     given = (building, scenario, robots, fire, world)
     for (name, asked), value in zip(OBJECTS.items(), given, strict=True):
@@ -301,7 +301,7 @@ def refuse_no_player(player: Any, side: str, where: str = "") -> None:
     needs = f"{where}who plays the {side} has decide(self, {', '.join(given)})"
     try:
         signature(player.decide).bind(*given)
-    except (AttributeError, TypeError):
+    except (AttributeError, TypeError, ValueError):  # the last: it is a built-in
         raise InputError(f"{needs}.") from None
     if iscoroutinefunction(player.decide):
         raise InputError(f"{needs}: nobody awaits it, so write no `async`.")

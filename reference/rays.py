@@ -23,7 +23,7 @@ from reference import paper
 from reference.building import Building, Kind, distance, lengths
 from reference.navigation import Navigation, StraightLines, navigation_of, shifted
 
-RAY_STEP = 0.05  # metres between two points of a ray, whose cells it enters
+RAY_STEP = 0.05  # metres between two points of a ray; it may miss a corner it cuts
 ROUNDING = 1e-9  # cells: a point on a border lies in the next one, however rounded
 KEPT = 1 << 15  # answers of each kind that are kept
 Holes = frozenset[int]  # destroyed doors in view, which rays pass [A6]
@@ -92,10 +92,10 @@ class Sight:
         self.ends = self.hits.copy()
         self._cast_everywhere(clear)
         self.patches = self._number_patches(paper.PATCH_METRES)
-        self._well = reach - paper.DIM_METRES
+        self._clear_metres = reach - paper.DIM_METRES
         ways = [m for m in building.landmarks if m.leads_out or m.kind is Kind.DOOR]
         self._useful = {way.index for way in ways}
-        self._walked = frozenset(np.flatnonzero(building.walkable).tolist())
+        self._walkable = frozenset(np.flatnonzero(building.walkable).tolist())
         self._marks: list[int] = building.landmark.ravel().tolist()
         self._centres: list[list[float]] = self.navigation.centres.tolist()
 
@@ -186,7 +186,7 @@ class Sight:
     def seen_on_all_sides(self, p: int) -> frozenset[int]:
         """Places in line of sight, all of whose walkable neighbours are, too."""
         line = self.in_line(p, NO_HOLES)
-        dark = (self._beside(line) & self._walked) - line
+        dark = (self._beside(line) & self._walkable) - line
         return line - self._beside(dark)
 
     def _beside(self, places: Iterable[int]) -> set[int]:
@@ -196,10 +196,10 @@ class Sight:
 
     @kept
     def looked_at(self, p: int, holes: Holes = NO_HOLES) -> frozenset[int]:
-        """Patches of floor seen well: nearer than the limit by DIM_METRES [B2]."""
+        """Patches of floor seen clearly: nearer than the limit by DIM_METRES [B2]."""
         seen = self.seen(p, holes)
-        well = [q for q in seen if self._metres(p, q) <= self._well]
-        return frozenset(self.patches[[p, *well]].tolist())
+        clear = [q for q in seen if self._metres(p, q) <= self._clear_metres]
+        return frozenset(self.patches[[p, *clear]].tolist())
 
     @kept
     def line(

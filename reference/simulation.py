@@ -64,8 +64,8 @@ class Simulation:
     world   what exists now;  events  all that has happened
     tick    seconds of one step;  decision_ticks  ticks from one decision to the next
     due     (n,) bool, who thinks in the next tick
-    turn    (n,) 0 .. RECONSIDER_TICKS - 1: in every tick whose number leaves this
-            remainder, each thinks anyway
+    turn    (n,) 0 .. RECONSIDER_TICKS - 1: each thinks at least in the ticks whose
+            number leaves this remainder
     full_until  (landmarks + 1,) s, until when each is full; the last: no landmark
     walked_to  (k, 2) metres, where the last tick's walk led, before any took stairs
     """
@@ -82,7 +82,7 @@ class Simulation:
         """Set up a run. Same seed and inputs, same run; default: no robots and no fire.
 
         robots, fire: copied together, so that what they remember is this run's alone
-        world: what exists now; else drawn as the scenario says.
+        world: goes on from here, and is changed; else drawn as the scenario says
         Raises InputError for names in place of objects, for a world of another
         building, for a seed that is no whole number of 0 or more, and for more people
         than fit.
@@ -98,12 +98,9 @@ class Simulation:
 
         # who takes part
         self.rng = generators(seed)
-        self.robot_strategy, self.fire_strategy = deepcopy(
-            (
-                NoRobots() if robots is None else robots,
-                NoFire() if fire is None else fire,
-            )
-        )
+        robots = NoRobots() if robots is None else robots
+        fire = NoFire() if fire is None else fire
+        self.robot_strategy, self.fire_strategy = deepcopy((robots, fire))
         self.algorithm = RobotAlgorithm()
         self.generator = SourceGenerator(building, self.scenario, self.rng["elsewhere"])
         self.spread = Spread(building, self.scenario, self.rng["flames"])
@@ -180,6 +177,7 @@ class Simulation:
 
     def copy(self) -> "Simulation":
         """Copy the simulation; the copy runs on like this one, which stays as it is."""
+        # these never change: whatever a memo names, deepcopy keeps
         shared = self.building, self.navigation, self.sight, self.spread, self.generator
         return deepcopy(self, {id(one): one for one in (*shared, *self.events)})
 
@@ -187,7 +185,7 @@ class Simulation:
 
     @property
     def fire_turn(self) -> bool:
-        """Is it the fire's turn: a k-th decision [D2], with sources left [D6]?"""
+        """Is it the fire's turn: a k-th decision [D2], with sources left [C2]?"""
         number, between = divmod(self.ticks, self.decision_ticks)
         since = number - paper.FIRE_FIRST_DECISION
         due = since >= 0 and since % paper.FIRE_EVERY_DECISIONS == 0 and not between
@@ -196,9 +194,9 @@ class Simulation:
     def strategies_decide(self) -> Destinations:
         """Ask the robots' strategy at each decision, the fire's at every k-th.
 
-        Both see the same world. Robots whose work is done are not asked [C8]. Returns
-        a destination per robot; None keeps the old. Raises InputError for what is no
-        decision.
+        Both see the same world. Robots that have found their work done are not asked
+        [C8]. Returns a destination per robot; None keeps the old. Raises InputError for
+        what is no decision.
         """
         robots = self.world.robots
         decided: Destinations = [None] * len(robots)
@@ -383,7 +381,7 @@ class Simulation:
 
 
 def _is_numbers(value: object, count: int) -> bool:
-    """Tell whether a decision is so many numbers, and none beyond all buildings."""
+    """Is it `count` numbers, each below LONGEST in size?"""
     try:
         numbers = np.asarray(value, dtype=float)
     except (TypeError, ValueError):

@@ -9,7 +9,6 @@ what is behind them [B1, chosen].
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
-from itertools import pairwise
 from math import sqrt
 
 import numpy as np
@@ -166,8 +165,10 @@ def look(world: World, sight: Sight, who: np.ndarray) -> list[View]:
     facts = (seen.tolist(), place[seen].tolist(), metres.tolist())
     around = list(zip(*facts, strict=True))
     ends = looker.searchsorted(np.arange(len(who) + 1)).tolist()
-    each = zip(who.tolist(), pairwise(ends), strict=True)
-    return [see(world, sight, i, around[first:last]) for i, (first, last) in each]
+    return [
+        see(world, sight, i, around[ends[k] : ends[k + 1]])
+        for k, i in enumerate(who.tolist())
+    ]
 
 
 def see(world: World, sight: Sight, i: int, around: Around) -> View:

@@ -6,7 +6,7 @@ floor's platform and its staircases; ours stand between room and stairwell, and 
 platform is part of the stairs: who enters is on the stairs [A3, deviation].
 
     who  (k,) numbers of those who walk;  i  a person;  mark  index of a landmark
-    p    place;  k  an index into who; on stairs, a stairwell
+    p    place;  k  an index into who
 """
 
 from math import inf
@@ -111,9 +111,9 @@ def enter_stairs(world: World, i: int, entrance: int) -> None:
     """Move a human who has touched an entrance onto its stairs, which lead down."""
     bodies = world.bodies
     nav = navigation_of(world.building)
-    k = world.building.landmarks[entrance].stairwell
-    cells = nav.places_of(int(bodies.floor[i]), world.building.stairwells[k].cells)
-    bodies.stairwell[i] = k
+    well = world.building.landmarks[entrance].stairwell
+    cells = nav.places_of(int(bodies.floor[i]), world.building.stairwells[well].cells)
+    bodies.stairwell[i] = well
     bodies.leader[i] = NOBODY
     bodies.landmark[i] = NOWHERE
     bodies.stairs_until[i] = world.time + paper.stairs_metres() / float(bodies.pace[i])

@@ -103,11 +103,11 @@ class Passed(NamedTuple):
 class Mind:
     """What one human remembers; nobody knows the map [B3]."""
 
-    mode: Mode = Mode.LEADER
+    mode: Mode = Mode.FOLLOWER
     leader: int = NOBODY  # body followed
     seen_at: float = 0.0  # s: when the leader was seen last
     seen_place: int = NOWHERE  # and where
-    told: int | None = None  # the landmark it sent to, or NOWHERE; None: a human
+    told: int | None = None  # landmark a robot sent to, NOWHERE: none; None: a human
     pause_until: float = 0.0  # s: no new human leader before then
     waits_until: float = 0.0  # s: a stuck follower without leader waits till then
     goal: Goal = STAY  # where it has set off to

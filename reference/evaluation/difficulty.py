@@ -23,7 +23,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.world import World
 
-LEAST_METRES = 1e-9  # of any way, in its own area: so no row of shares sums to 0
+LEAST_METRES = 1e-9  # of any way, in its own area: no row of shares sums to 0 then
 
 
 def hardest() -> float:
@@ -201,7 +201,9 @@ def _ways_by_area(building: Building) -> np.ndarray:
     The way is the shortest without fire, in metres; rows sum to 1.
     """
     links = _links(building)
-    (d0,), (after,) = _ways_out(building, links, links.metres[None])
+    ways, nexts = _ways_out(building, links, links.metres[None])
+    d0 = ways[0]
+    after = nexts[0]
     areas = len(building.areas)
     metres = np.zeros((areas, areas))
     for area in range(areas):

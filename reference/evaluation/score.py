@@ -94,7 +94,7 @@ def calibrate(
     worst, best  the critical points, (reward, y) each: b and c
     equal        two cases that are to score alike: k = (h₂² − h₁²) / (α²(y₁ − y₂))
     baseline     the cases that are to score 1 on average: β, their mean e′
-    Raises RulerError where fires would have to score less for being harder.
+    Raises RulerError unless the case with less reward had the harder fires.
     """
     b, c = base_and_control(worst, best)
     unit = Ruler(paper.ALPHA, b, c, k=1.0, beta=1.0)

@@ -27,7 +27,7 @@ from reference.paper import Scenario
 from reference.world import World
 
 AXES = 2  # [C5] [D2] continuous numbers: x and y
-RAW_LIMIT = 3.0  # [E3, torch/action_model.py] a raw action is clipped, then divided
+RAW_LIMIT = 3.0  # [E3, torch/action_model.py] raw actions are clipped to ±3, then / 3
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ class Moment:
     """What a side decides from, at one step of one episode."""
 
     vectors: np.ndarray  # (G, V) float32, what each agent observed last
-    alive: np.ndarray  # (G,) bool, who has not left
-    world: World  # of it networks read the grid
+    alive: np.ndarray  # (G,) bool, whose action is read now
+    world: World  # networks read the grid from it
     rng: np.random.Generator | None = None  # for sampling; None: mean or likeliest
 
 
@@ -92,6 +92,7 @@ class PolicyCodec:
     def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
         """Decisions (S, G, A) of a network's actions (S, G, K).
 
+        moments: for codecs that decide from where a robot stands; not read here
         clamp(a, -3, 3)/3 of the main body; the fire's floor, a branch, comes first.
         """
         axes = raw[..., :AXES].astype(np.float64)

@@ -103,7 +103,9 @@ def until_next_decision(simulations: Sequence[Simulation]) -> None:
 
 
 class Environment:
-    """One building and one scenario, episode after episode.
+    """One building and one scenario, episode after episode, for learners of one's own.
+
+    The learners of this book play simulations themselves: see `learning.rollouts`.
 
     simulation  what runs now;  agents  who has not left, of possible_agents
 
@@ -185,7 +187,7 @@ class Environment:
             action = np.asarray(actions[agent], dtype=np.float64)
             chosen[agent] = read(self.building, action)
         if isinstance(run.robot_strategy, AgentRobots):
-            run.robot_strategy.chosen = list(map(chosen.get, self._robot_agents))
+            run.robot_strategy.chosen = [chosen.get(a) for a in self._robot_agents]
         if isinstance(run.fire_strategy, AgentFire):
             run.fire_strategy.chosen = [chosen.get(FIRE)]
         until_next_decision([run])
@@ -214,10 +216,9 @@ class Environment:
     def _observed(self, agents: list[str]) -> Observations:
         """Collect what each agent observes now [C1] [C4] [D1], in arrays of its own."""
         world = self.simulation.world
-        ((fire,),) = observations.fire_vectors([world], self.layout)
-        vectors = {FIRE: fire}
+        vectors = {FIRE: observations.fire_vectors([world], self.layout)[0, 0]}
         if self._robot_agents:
-            (robots,) = observations.robot_vectors([world], self.layout)
+            robots = observations.robot_vectors([world], self.layout)[0]
             vectors |= zip(self._robot_agents, robots, strict=True)
         grid = observations.grid(world)
         return {

@@ -136,6 +136,7 @@ def me_first(floor: np.ndarray) -> np.ndarray:
 
     floor: (R,) of each; mates are on one floor
     """
+    # itself -1, mates 0, others 1
     rank = np.not_equal.outer(floor, floor) - np.eye(len(floor))
     return rank.argsort(axis=1, kind="stable")
 

@@ -24,7 +24,7 @@ MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are clipped there
 RELU_GAIN = 1.41  # [E3, torch/encoders.py] of the layer after the convolutions
 MEAN_GAIN = 0.2  # [E3, torch/distributions.py] a new policy hardly has a preference
 BRANCH_GAIN = 0.1  # [E3, torch/distributions.py]
-REFUSED = -1e9  # the score of what may not be chosen
+REFUSED = -1e9  # the score of what may not be attended to, or chosen
 
 
 # -- Inputs -------------------------------------------------------------------------

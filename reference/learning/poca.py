@@ -136,7 +136,7 @@ class SelfAttention(nn.Module):
         self.out = linear(hidden, hidden, deviation)
 
     def forward(self, entities: Tensor, alive: Tensor) -> Tensor:
-        """(B, G, H) and (B, G) bool -> (B, H); absent agents are not asked."""
+        """(B, G, H) and (B, G) bool -> (B, H); absent agents do not count."""
         return self._pooled(self._projected(entities), alive)
 
     def counterfactual(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:

@@ -35,7 +35,6 @@ LEAST_RATE = 1e-10  # [E3, ppo/optimizer_torch.py] floors of the linear schedule
 LEAST_EPSILON = 0.1
 LEAST_BETA = 1e-5
 ADVANTAGE_EPSILON = 1e-10  # [E3, ppo/trainer.py] added to the standard deviation
-ADAM_EPSILON = 1e-8  # [E3, ppo/optimizer_torch.py]
 
 Summary = dict[str, float]  # means by ML-Agents' summary names
 
@@ -120,7 +119,6 @@ class Learner:
     """One side's trainer: networks, buffer, optimiser and steps so far."""
 
     make_critic: Any = Critic
-    buffers = Decisions  # the class that joins the parts of the buffer
 
     def __init__(self, settings: TrainerSettings, sizes: Sizes, seed: int):
         self.settings = settings
@@ -130,8 +128,8 @@ class Learner:
             self.critic = self.make_critic(sizes, settings)
         self.rng = torch.Generator().manual_seed(seed)
         both = [*self.actor.parameters(), *self.critic.parameters()]
-        # rate: in `update`
-        self.optimiser = torch.optim.Adam(both, eps=ADAM_EPSILON, fused=True)
+        # `update` sets the learning rate
+        self.optimiser = torch.optim.Adam(both, fused=True)
         self.buffer: list[Decisions] = []
         self.reward_scale = settings.strength * settings.reward_scale
         self.steps = 0
@@ -201,10 +199,14 @@ class Learner:
         A = gae(rewards, values, next_value, s.gamma, s.lambd)
         return A, A + values
 
+    def joined(self, parts: Sequence[Decisions]) -> Decisions:
+        """Join the parts of a buffer."""
+        return Decisions.joined(parts)
+
     def update(self) -> Summary:
         """Learn from the whole buffer, `num_epoch` times, and empty it."""
         s = self.settings
-        buffer = self.buffers.joined(self.buffer)
+        buffer = self.joined(self.buffer)
         self.buffer = []
         live = buffer.alive
         buffer.advantages[live] = normalised(buffer.advantages[live])

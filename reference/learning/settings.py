@@ -20,7 +20,7 @@ ATTENTION_HEADS = 4  # [E3, torch/attention.py] `hidden_units` is divided among 
 
 REWARD_SCALE = 0.001
 """[E4, deviation] an episode is worth thousands of health points; scaled returns are of
-order one, since the baseline's clip (epsilon) is in units of return."""
+order one, as the baseline's clip (epsilon), in units of return, needs."""
 
 
 @dataclass(frozen=True)

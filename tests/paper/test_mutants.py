@@ -248,8 +248,8 @@ D5 fire
   - y = snapped(decision[2])
   + y = decision[2]
 D6 fire
-  - if self.training or not others.any():
-  + if not others.any():
+  - if self.training or not len(others):
+  + if not len(others):
 D6 fire
   - free[[robot.place for robot in world.robots]] = False
   + pass

@@ -221,7 +221,7 @@ def add_ground(S, R, p):
                 R.square[k] |= GROUND
 
 
-@mirrors("rays.Sight.seen_on_all_sides 2125ed", "rays.Sight._beside c744de")
+@mirrors("rays.Sight.seen_on_all_sides c8331b", "rays.Sight._beside c744de")
 def add_seen_on_all_sides(S, R, p):
     """Mark places in line of sight with all places beside them."""
     N = S.numbers[0]
@@ -250,7 +250,7 @@ def is_dark(S, R, p, q):
     return R.square[bit_of(S, p, q)] & IN_LINE == 0
 
 
-@mirrors("rays.Sight.looked_at 079f73")
+@mirrors("rays.Sight.looked_at f12953")
 def add_looked(S, R, p):
     """List the patches that are seen well, the lowest first."""
     N = S.numbers[0]

@@ -216,7 +216,7 @@ def find_row(rows, cells, hits, lists, burnt, wanted, p):
     return row
 
 
-@mirrors("view.look c6a63d")
+@mirrors("view.look 420447")
 def look(
     N, clock, bodies, spots, grid, heads, robots, burnt, cells, r, observe, row, i
 ):

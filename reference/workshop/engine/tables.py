@@ -217,7 +217,8 @@ class Tables:
 def _still(sight: Sight, arrays: Arrays, half: int, side: int) -> Still:
     """What all rows are made from."""
     numbers = np.zeros(1, NUMBERS)
-    numbers[0] = (half, side, sight.navigation.cols, sight.sees.reach, sight._well)
+    clear = sight._clear_metres
+    numbers[0] = (half, side, sight.navigation.cols, sight.sees.reach, clear)
     useful = np.zeros(len(arrays.marks), bool)
     useful[list(sight._useful)] = True
     rooms = np.zeros(len(arrays.cells), bool)

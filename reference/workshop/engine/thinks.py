@@ -310,7 +310,7 @@ def back_to_last_door(N, me, mine, observe, some):
     "view.View.ground a30e04",
     "view.View.seen_on_all_sides 46ebd4",
     "rays.Sight.nearest 6064c5",
-    "rays.Sight.seen_on_all_sides 2125ed",
+    "rays.Sight.seen_on_all_sides c8331b",
 )
 def look_again(N, me, mine, observe, some):
     """Go to the floor in view that was looked at longest ago, or never [B6, chosen]."""

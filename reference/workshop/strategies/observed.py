@@ -115,30 +115,58 @@ def metres_between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
 
     They come from a table; a row is computed when it is first asked for.
     """
-    known, table = _table(nav)
-    new = p[~known[p]]
-    if new.size:
-        _measure(nav, np.unique(new))
+    table = _table(nav)
+    row = table.rows(p)
     floor, there = np.divmod(q, nav.floor_size)
-    return np.where(p // nav.floor_size == floor, table[p, there], np.inf)
+    same = p // nav.floor_size == floor
+    return np.where(same, table.metres[row, there], np.inf)
 
 
-def _measure(nav: Navigation, places: np.ndarray) -> None:
-    """Fill the rows of these places."""
-    known, table = _table(nav)
-    for floor in np.unique(places // nav.floor_size).tolist():
-        rows = places[places // nav.floor_size == floor]
-        start = floor * nav.floor_size
-        table[rows] = dijkstra(nav.steps[floor], indices=rows - start)
-    known[places] = True
+class _Table:
+    """Metres on foot from places to all of their floor.
+
+    It has a row for each place that was asked for: one for every place would take
+    gigabytes in a large building.
+
+    row     (places,) of `metres`, -1 where none was asked for
+    metres  (rows, floor_size) float32; the first `count` are measured
+    """
+
+    def __init__(self, nav: Navigation):
+        self.nav = nav
+        self.row = np.full(nav.places, -1)
+        self.metres = np.empty((0, nav.floor_size), dtype=np.float32)
+        self.count = 0
+
+    def rows(self, places: np.ndarray) -> np.ndarray:
+        """(...) rows of places (...), measured by now."""
+        rows = self.row[places]
+        new = places[rows < 0]
+        if not new.size:
+            return rows
+        self._measure(np.unique(new))
+        return self.row[places]
+
+    def _measure(self, new: np.ndarray) -> None:
+        """Add rows; if there is no room, make room for twice as many."""
+        first = self.count
+        end = first + len(new)
+        if end > len(self.metres):
+            larger = np.empty((2 * end, self.nav.floor_size), dtype=np.float32)
+            larger[:first] = self.metres[:first]
+            self.metres = larger
+        floors, cells = np.divmod(new, self.nav.floor_size)
+        for floor in np.unique(floors).tolist():
+            here = np.flatnonzero(floors == floor)
+            steps = self.nav.steps[floor]
+            self.metres[first + here] = dijkstra(steps, indices=cells[here])
+        self.row[new] = np.arange(first, end)
+        self.count = end
 
 
 @lru_cache(maxsize=8)
-def _table(nav: Navigation) -> tuple[np.ndarray, np.ndarray]:
-    """(places,) bool, which rows are known, and (places, floor_size) float32."""
-    # float32: tens of megabytes as it is
-    table = np.empty((nav.places, nav.floor_size), dtype=np.float32)
-    return np.zeros(nav.places, dtype=bool), table
+def _table(nav: Navigation) -> _Table:
+    return _Table(nav)
 
 
 def ends_of_ways(world: World) -> np.ndarray:

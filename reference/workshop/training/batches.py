@@ -145,7 +145,9 @@ def strips(batch: Decisions, size: int, rng: torch.Generator) -> Iterator[Tensor
 class _OfSeveral(Learner):
     """A learner whose buffer may hold several buildings."""
 
-    buffers = MixedDecisions
+    def joined(self, parts: Sequence[Decisions]) -> Decisions:
+        """Join the parts of a buffer, of any buildings."""
+        return MixedDecisions.joined(parts)
 
     def loss(
         self, batch: Decisions, epsilon: float, beta: float

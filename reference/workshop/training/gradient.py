@@ -16,7 +16,7 @@ from reference.workshop.training.summaries import EXPLAINED, SIGNAL
 
 def measure_signal(learner: Learner) -> Summary:
     """Measure what waits in the buffer; what cannot be measured is left out."""
-    buffer = learner.buffers.joined(learner.buffer)
+    buffer = learner.joined(learner.buffer)
     live = buffer.alive
     values, returns = buffer.values[live], buffer.returns[live]
     measured = {

@@ -163,7 +163,7 @@ def clone(
 
 def _taught(learner: Learner, demonstrations: Sequence[Trajectory]) -> Decisions:
     """Join the decisions; those that teach nobody would make batches of nothing."""
-    everything = learner.buffers.joined([decisions_of(t) for t in demonstrations])
+    everything = learner.joined([decisions_of(t) for t in demonstrations])
     return everything.rows(everything.alive.any(dim=1).nonzero()[:, 0])
 
 
