@@ -176,8 +176,8 @@ class Building:
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
         """Row and column of the cell around a point."""
-        row = self.origin[0] - 1 - int(np.floor(y))
-        col = self.origin[1] + int(np.floor(x))
+        row = int(np.ceil(self.origin[0] - y)) - 1
+        col = int(np.floor(x + self.origin[1]))
         return row, col
 
     def _middle(self, cells: np.ndarray) -> tuple[float, float]:

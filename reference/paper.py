@@ -258,7 +258,7 @@ class Asked(NamedTuple):
 OBJECTS = {
     "building": Asked("landmarks", "load({!r:.60})"),
     "scenario": Asked("start_counts", "Scenario(people=12)"),
-    "robots": Asked("decide", "NoRobots() of reference.robots"),
+    "robots": Asked("decide", "Sweep() of reference.workshop.strategies.guides"),
     "fire": Asked("decide", "RandomFire() of reference.fire"),
     "world": Asked("bodies", "the `world` of a simulation"),
 }

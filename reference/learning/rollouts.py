@@ -1,7 +1,8 @@
 """Rollouts: play whole episodes, given weights, a scenario and seeds.
 
 A job plays its episodes in lockstep, so that one call of a network serves all of them;
-an episode's randomness depends on its own seed alone.
+an episode's randomness depends on its own seed alone.  The last digits of a network's
+numbers depend on how many are computed at once.
 """
 
 from collections.abc import Callable, Sequence

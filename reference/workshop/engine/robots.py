@@ -12,7 +12,7 @@ import numpy as np
 from reference.workshop.engine.mirrors import mirrors
 from reference.workshop.engine.sees import FATE_INSIDE
 from reference.workshop.engine.state import ROOM_IN_FRONT
-from reference.workshop.engine.walks import place_at
+from reference.workshop.engine.walks import place_around
 from reference.workshop.engine.ways import (
     nearest_free,
     next_place,
@@ -129,7 +129,7 @@ def move(N, cells, robot, way, metres):
         metres -= left
         x = to.x
         y = to.y
-    place = place_at(N, robot.floor, x, y)
+    place = place_around(N, robot.floor, x, y)
     if cells[place].walkable:
         robot.x = x
         robot.y = y

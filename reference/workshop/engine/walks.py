@@ -9,7 +9,7 @@ body's pairs first those with higher numbers, then those with lower ones.
     np.int64(x)  a variable, and what a function returns, have one type in all branches
 """
 
-from math import floor, inf, sqrt
+from math import ceil, floor, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -209,11 +209,15 @@ def in_front(N, w, to_x, to_y, apart):
 # -- motion: walk, push, shuffle ----------------------------------------------------
 
 
-@mirrors(
-    "navigation.Navigation.place 14a61e",
-    "navigation.Navigation.places_at 36077b",
-    "building.Building.cell 5e69a3",
-)
+@mirrors("navigation.Navigation.place 14a61e", "building.Building.cell 2190dc")
+def place_around(N, level, x, y):
+    """The place around a point; rounds otherwise than `place_at` beside a border."""
+    row = np.int64(ceil(N.top - y)) - 1
+    col = np.int64(floor(x + N.left))
+    return (level * N.rows + row) * N.cols + col
+
+
+@mirrors("navigation.Navigation.places_at 36077b")
 def place_at(N, level, x, y):
     """The place of a point inside the drawing."""
     right = np.int64(floor(x))
@@ -444,7 +448,7 @@ def target(N, cells, W, after, waypoint, clock, body, w):
     if mark >= 0:
         at = np.int64(after[mark, cell] if delayed else waypoint[mark, cell])
     elif delayed:
-        goal = place_at(N, p // N.floor_size, body.target_x, body.target_y)
+        goal = place_around(N, p // N.floor_size, body.target_x, body.target_y)
         at = next_place(N, W, p, goal)
     else:
         return
