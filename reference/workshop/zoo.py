@@ -5,7 +5,7 @@ the same.
 
 Agents.  "robot_0", "robot_1", ... are a team with one reward; "fire_0". A side that a
 strategy plays is not among them: `robots=` or `fire=`, by a name that `evacuate` knows
-or as an object with `decide`. `fire="random"` leaves robots alone.
+or as an object with `decide`. With `fire="random"` robots alone are agents.
 
 Who acts when [D2].  A step is one decision of the robots, 5 s. The fire's action is
 read at every k-th step while it has sources left: its info `acts` is 1 if the next one
@@ -27,13 +27,13 @@ who leaves a floor alive, 100 more at an exit, -300 for a death. The fire's: wha
 robots lose, less 10 for a place that is refused.
 
 Infos.  `acts`, and the outcome so far: the fields SO_FAR of `Outcome`. Those of `reset`
-tell how the episode before it ended, 0 for none: wrappers that begin the next episode
-by themselves lay them over the infos of the last step (SuperSuit), and others refuse a
-key in `step` that was not in `reset` (TorchRL).
+tell how the episode before it ended, 0 for none. The reason: SuperSuit begins the next
+episode by itself, and lays the infos of `reset` over those of the last step; TorchRL
+refuses a key in `step` that was not in `reset`.
 
 Seeds.  `reset(seed)` repeats an episode; later ones without a seed follow from it. One
-that was never reset begins by chance, and so does each copy of it. Hand it over like
-that: copies of one that was reset go on alike.
+that was never reset begins by chance, and so does each copy of it. So copy before the
+first `reset`: copies made later all play the same episodes.
 
 `state()` is the vector from nobody's point of view, for a central critic. `flat=True`
 makes what common wrappers and learners expect, see `FlatEnvironment`. For agents that
@@ -49,7 +49,6 @@ differ. Its environments have no `seed`, which stable-baselines3 asks for.
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from operator import index
 from secrets import randbits
 from typing import Any, ClassVar
 
@@ -68,7 +67,7 @@ from reference.game.environment import (
     Observations,
     StepResult,
 )
-from reference.paper import Scenario
+from reference.paper import Scenario, refuse_no_seed
 from reference.robots import RobotStrategy
 from reference.workshop.comparing.named import strategy_of
 from reference.workshop.drawing.evacuation import Scene, tally
@@ -154,7 +153,8 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         Raises ValueError for what is no seed.
         """
         if seed is not None:
-            seed = _checked_seed(seed)
+            refuse_no_seed(seed)
+            seed = int(seed)
         elif not self._begun:  # drawn as late as this, so that copies differ
             seed = randbits(32)
         if seed is not None:
@@ -212,17 +212,6 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
     def __getstate__(self) -> dict[str, Any]:
         """Leave the page of pictures behind, when it is copied to another process."""
         return {name: value for name, value in vars(self).items() if name != "_film"}
-
-
-def _checked_seed(seed: Any) -> int:
-    """Read a seed. Raises ValueError for what is none."""
-    try:
-        number = index(seed)
-    except TypeError:
-        number = -1
-    if number < 0 or isinstance(seed, bool):
-        raise ValueError(f"seed is {seed!r:.60}: give a non-negative whole number")
-    return number
 
 
 def _checked(agent: str, actions: Mapping[str, Any]) -> np.ndarray:

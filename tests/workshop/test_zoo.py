@@ -271,7 +271,7 @@ def test_refuses_a_step_before_the_first_reset_and_a_negative_seed():
     with pytest.raises(RuntimeError, match=r"call reset\(\)"):
         made().step({})
     for seed in (-1, "7", 1.5, True, [1]):
-        with pytest.raises(ValueError, match=r"seed is .*: give a non-negative whole"):
+        with pytest.raises(ValueError, match=r"seed is .*: it must be a whole number"):
             made().reset(seed=seed)
     made().reset(seed=np.int64(7))
 

@@ -189,16 +189,21 @@ def compare_buildings(evaluations: Evaluations, played: Played) -> list[Building
     floors = {name: each.arena.drawn.floors for name, each in evaluations.items()}
     first, *others = evaluations
     figures = []
-    for match in dict.fromkeys(run.run[:2] for run in played[first]):
-        of_match = {
-            name: [run for run in results if run.run[:2] == match]
-            for name, results in played.items()
-        }
+    for match in dict.fromkeys(run.match for run in played[first]):
+        of_match = runs_of(played, match)
         figures.append(_figures(of_match, floors, first))
         for name in others:
             figures.append(_figures(of_match, floors, name))
             figures.append(_figures(of_match, floors, name, first))
     return figures
+
+
+def runs_of(played: Played, match: tuple[str, str]) -> Played:
+    """Take the runs of one match, by building."""
+    return {
+        name: [run for run in results if run.match == match]
+        for name, results in played.items()
+    }
 
 
 def _figures(

@@ -48,7 +48,9 @@ def interval_of_means(
     Raises ValueError for no rows, and what the statistic raises.
     """
     whole, drawn = _means(rows)
-    return _interval(statistic(*whole[:, None])[0], statistic(*drawn.T))
+    of_all = statistic(*whole[:, None])[0]
+    of_samples = statistic(*drawn.T)
+    return _interval(of_all, of_samples)
 
 
 def interval_over_trainings(

@@ -82,6 +82,11 @@ class RunResult:
         return self.robots, self.fire, self.seed
 
     @property
+    def match(self) -> tuple[str, str]:
+        """Who played whom."""
+        return self.robots, self.fire
+
+    @property
     def half_out(self) -> float | None:
         """When half of those who got out were out, s; None if nobody did."""
         return self.times[(len(self.times) - 1) // 2] if self.times else None

@@ -17,6 +17,7 @@ from reference.workshop.comparing.buildings import (
     Played,
     format_interval,
     in_percent,
+    runs_of,
 )
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.drawing import page, plans
@@ -70,10 +71,7 @@ def side_by_side(
     plan_axes = []
     for match, (curve, *panels) in zip(matches, rows, strict=True):
         of_match = [each for each in figures if (each.robots, each.fire) == match]
-        runs = {
-            name: [run for run in results if run.run[:2] == match]
-            for name, results in played.items()
-        }
+        runs = runs_of(played, match)
         _draw_curves(curve, runs, of_match, t)
         for axes, (name, building) in zip(panels, buildings.items(), strict=True):
             mine = [each for each in of_match if each.building == name]

@@ -94,7 +94,7 @@ def evacuation_curves(results: Sequence[RunResult]) -> Figure:
         axes.label_outer()
         axes.grid(axis="y")
         for name, line in lines.items():
-            runs = [run for run in results if run.run[:2] == (name, fire)]
+            runs = [run for run in results if run.match == (name, fire)]
             plot_who_is_out(axes, runs, t, fill(name, 24), **line)
 
     letters = min(24, max(map(len, robots)))

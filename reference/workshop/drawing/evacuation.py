@@ -281,14 +281,16 @@ class EvacuationPanel:
 
     def _count_robots(self, world: World) -> None:
         """Write beside the first of several robots on one spot how many there are."""
+        if not world.robots:
+            return
         floors = np.array([robot.floor for robot in world.robots], int)
-        places = np.array([robot.position for robot in world.robots]).reshape(-1, 2)
+        places = np.array([robot.position for robot in world.robots])
         apart = np.hypot(*(places[:, None] - places[None]).T)
         near = (apart < ONE_SPOT) & (floors[:, None] == floors)
         counts = np.minimum(near.sum(axis=1), MOST_COUNTED)
-        first = np.argmax(near, axis=1) == np.arange(len(near)) if len(near) else counts
+        first = np.argmax(near, axis=1) == np.arange(len(near))
         for count, signs in self.counts.items():
-            here = (counts == count) & (first == 1)
+            here = (counts == count) & first
             _move(signs, self.on_page(floors[here], places[here]))
 
     def _show_fire(self, world: World) -> None:

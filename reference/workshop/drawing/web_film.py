@@ -216,8 +216,10 @@ def floor_names(building: Building, floor: int) -> list[list[Any]]:
     """Place names of rooms: floor, x, y, size, whether upright, name; decimetres."""
     names = []
     for area in building.areas:
+        if area.floor != floor:
+            continue
         size, upright = plans.lettering(area, 10.0, 10 * LARGEST_NAME)
-        if area.floor == floor and size:
+        if size:
             middle, sides = plans.widest(area.cells)
             y, x = (10 * middle + 5).tolist()
             size = min(size, 8.0 * float(sides[1 if upright else 0]))

@@ -57,10 +57,8 @@ def _signal_to_noise(learner: Learner, buffer: Decisions) -> Tensor:
 
     whole = torch.stack([total.square().sum() for total in sums]).sum()  # N² |mean g|²
     S = (squares - whole / N) / (N - 1)
-    # both N times as large: |mean g|², and the noise that it contains
-    measured = whole / N
-    noise = S
-    return measured / noise - 1
+    # both N times as large: |mean g|², and the noise S that it contains
+    return (whole / N) / S - 1
 
 
 def _summed_loss(learner: Learner, episode: Decisions) -> Tensor:
