@@ -362,6 +362,15 @@ def test_in_the_papers_building_the_network_made_for_it_plays(name, fields, titl
     assert told.count(ANY_MAP) == (2 if title == ANY_MAP else 0)
 
 
+def test_more_robots_than_the_network_learned_with_are_told():
+    """Of robots: the fire learned with others."""
+    asked = begin_evaluation(
+        [LEARNED], [LEARNED], "tiny", scenario={"robots_per_floor": 9}, episodes=1
+    )
+    told = [line for line in notes(asked) if "at most" in line]
+    assert told == ["--robots learned: it learned with at most 8 robots a floor"]
+
+
 def test_what_plays_anywhere_ships_as_weights_alone():
     """It has no building in it, and is small."""
     assert ANYWHERE.stat().st_size < 5e6

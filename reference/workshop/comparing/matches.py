@@ -291,10 +291,8 @@ def _notes_on(policy: Any, plays: Any, arena: Arena) -> Iterator[str]:
     """
     if plays.title == ANY_MAP:
         yield f"{ANY_MAP}: the network that knows no building plays here"
-        from reference.workshop.training.families import Family  # torch
-
-        _, most = Family.robots_per_floor
-        if arena.scenario.robots_per_floor > most:
+        _, most = plays.task.family.robots_per_floor  # when its robots learned
+        if plays.side == "robots" and arena.scenario.robots_per_floor > most:
             yield f"it learned with at most {most} robots a floor"
     else:
         same = same_cells(policy.building.drawing, arena.drawn.drawing)
