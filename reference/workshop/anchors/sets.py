@@ -197,6 +197,7 @@ class SetView(RobotView):
             self.before = np.tile(others < np.arange(G)[:, None], (S, 1))
         self.beside = self.mates[..., 2] == self.floor[:, None]
         self._forget_far_mates()
+        self.mate_places = self.map.places(self.mates)
 
     def _forget_far_mates(self) -> None:
         """Take those of my floor beyond the nearest MATES_READ for absent."""
@@ -249,8 +250,10 @@ class SetView(RobotView):
         real = ~np.isnan(self.spots[..., 0])
         on_way, near = self._flames()
         lost, led = self._people_near()
-        all_mates = self._mates_at_anchors(self.beside)
-        mates_before = self._mates_at_anchors(self.beside & self.before)
+        mates = self.mate_places[:, None]
+        from_mates = metres_between(self.map.nav, self.at[..., None], mates)
+        all_mates = self._mates_at_anchors(self.beside, from_mates)
+        mates_before = self._mates_at_anchors(self.beside & self.before, from_mates)
         columns = [
             self.way / UNIT,
             nearness(self.way),
@@ -387,14 +390,12 @@ class SetView(RobotView):
         y = self.spots[..., 1:] - points[:, None, :, 1]
         return x * x + y * y
 
-    def _mates_at_anchors(self, which: np.ndarray) -> list[np.ndarray]:
+    def _mates_at_anchors(self, which: np.ndarray, way: np.ndarray) -> list[np.ndarray]:
         """(B, K) each: mates headed there, nearness of the nearest, is it before me?
 
-        which: (B, M) bool, of which mates
+        which: (B, M) bool, of which mates;  way: (B, K, M) metres from them to anchors
         """
         spots = np.where(which[..., None], self.mate_spots, np.nan)
-        from_mates = self.map.places(self.mates)[:, None]
-        way = metres_between(self.map.nav, self.at[..., None], from_mates)
         way = np.where(which[:, None], way, np.inf).min(axis=-1)
         return [self._at(spots) / CREW, nearness(way), way < self.way]
 
@@ -417,8 +418,8 @@ class SetView(RobotView):
         """(B, M, numbers): where it is, on my floor, where headed, before me, is it."""
         off = (self.mates[..., :2] - self.me[:, None]) / UNIT
         up = self.mates[..., 2:] - self.floor[:, None, None]
-        places = self.map.places(self.mates)
-        near = nearness(metres_between(self.map.nav, self.place[:, None], places))
+        way = metres_between(self.map.nav, self.place[:, None], self.mate_places)
+        near = nearness(way)
         headed = np.nan_to_num((self.mate_spots - self.me[:, None]) / UNIT)
         goes = ~np.isnan(self.mate_spots[..., :1])
         present = self.mates[..., 2:] > -0.5
