@@ -136,6 +136,16 @@ def test_a_training_that_stops_after_every_round_goes_on_to_the_same_end(tmp_pat
     assert [*training.versions["fire"]] == [1, 2, 3, 4, 5] and any(waiting)
 
 
+def test_no_time_left_is_told_while_robots_copy(tmp_path, capsys):
+    """Copying takes no decisions, by which the rest is estimated."""
+    trained(begun(tiny(), imitate="patrol"), tmp_path, rounds=4)
+    told = [line for line in capsys.readouterr().err.splitlines() if "done" in line]
+    copies = [line for line in told if "imitation" in line]
+    assert len(copies) == 2 and all(line.endswith("; 0% done") for line in copies)
+    others = [line for line in told if line not in copies]
+    assert others and all(line.endswith(" left") for line in others)
+
+
 @pytest.mark.slow
 def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
     """Two processes of one thread each, or this process: the same to the last bit."""
