@@ -14,6 +14,7 @@ import torch
 from reference import Scenario, Simulation
 from reference.building import building_of
 from reference.fire import RandomFire, free_places
+from reference.game.codec import PolicyCodec
 from reference.game.environment import Environment, fire_decision
 from reference.game.observations import vector_layout
 from reference.learning.adversarial import learn, learner_for, player_of
@@ -178,10 +179,9 @@ print(f"on the same 24 evenings: more reward {more}, fewer people get out {fewer
 
 def places(episodes: list[Episode]) -> np.ndarray:
     """Metres of all choices but those in walls, (2, n)."""
-    raw = np.concatenate([episode.fire.actions[:, 0, :2] for episode in episodes])
-    numbers = raw.clip(-3, 3) / 3  # as the environment gets them
-    decisions = [fire_decision(gallery, np.array([0.0, x, y])) for x, y in numbers]
-    metres = np.array([(x, y) for _, x, y in decisions])
+    raw = np.concatenate([episode.fire.actions for episode in episodes])
+    decisions = PolicyCodec("fire", gallery, evening).actions(raw, ())
+    metres = decisions[:, 0, 1:]  # behind the floor
     centres = navigation_of(gallery).centres[gallery.walkable.ravel()]
     off = abs(metres[:, None] - centres).max(axis=2)  # of each choice from each cell
     on_floor = (off < 0.5).any(axis=1)  # a cell reaches half a metre from its centre

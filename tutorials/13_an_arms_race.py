@@ -17,6 +17,7 @@ from reference.building import building_of
 from reference.learning.adversarial import adversarial_rounds, learner_for, player_of
 from reference.learning.rollouts import Episode, Job, play
 from reference.workshop import drawing
+from reference.workshop.anchors.frame import fire_decisions
 from reference.workshop.engine import together
 from reference.workshop.strategies.fires import FixedFire, beside_ways_out
 from reference.workshop.strategies.guides import Escort
@@ -133,8 +134,8 @@ late = player_of(fire)
 def at_mouth(foe) -> float:
     """Share of a fire's decisions that mean the mouth."""
     played = evenings(Escort(), foe)
-    chosen = np.concatenate([episode.fire.actions[:, 0] for episode in played])
-    x = 10 * chosen[:, 1]  # they are in units of 10 m
+    raw = np.concatenate([episode.fire.actions[:, 0] for episode in played])
+    x = fire_decisions(cellar, raw)[:, 1]
     return np.mean(abs(x - mouth[1]) < 1)
 
 
