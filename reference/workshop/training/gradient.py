@@ -18,7 +18,8 @@ def measure_signal(learner: Learner) -> Summary:
     """Measure what waits in the buffer; what cannot be measured is left out."""
     buffer = learner.joined(learner.buffer)
     live = buffer.alive
-    values, returns = buffer.values[live], buffer.returns[live]
+    values = buffer.values[live]
+    returns = buffer.returns[live]
     measured = {
         SIGNAL: _signal_to_noise(learner, buffer),
         EXPLAINED: 1 - (returns - values).var() / returns.var(),
