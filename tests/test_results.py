@@ -157,8 +157,7 @@ def claims() -> list[tuple[str, str]]:
         ("RESULTS", f"95 % without fire | {figure('sweep', 'none'):.1f} |"),
         (
             "RESULTS",
-            "survivors without guides | "
-            f"{figure('none', 'learned'):.1f} |",
+            f"survivors without guides | {figure('none', 'learned'):.1f} |",
         ),
         *[("RESULTS", line) for line in lines_of_scores()],
         *[("RESULTS", line) for line in findings()],

@@ -371,6 +371,16 @@ def test_more_robots_than_the_network_learned_with_are_told():
     assert told == ["--robots learned: it learned with at most 8 robots a floor"]
 
 
+def test_people_and_robots_that_were_drawn_by_lot_are_no_others():
+    """Only more robots than ever are; what did not vary is told."""
+    fields = {"robots_per_floor": 9, "people": 7, "sight_range": 6.0}
+    asked = begin_evaluation([str(ANYWHERE)], ["none"], "tiny", scenario=fields)
+    where, under, most = notes(asked)
+    assert "learned in generated buildings" in where
+    assert "learned under sight_range=5; here it plays under sight_range=6" in under
+    assert most.endswith("it learned with at most 8 robots a floor")
+
+
 def test_what_plays_anywhere_ships_as_weights_alone():
     """It has no building in it, and is small."""
     assert ANYWHERE.stat().st_size < 5e6

@@ -10,6 +10,7 @@ import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
+from math import inf
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -291,19 +292,20 @@ def _notes_on(policy: Any, plays: Any, arena: Arena) -> Iterator[str]:
     """
     if plays.title == ANY_MAP:
         yield f"{ANY_MAP}: the network that knows no building plays here"
-        _, most = plays.task.family.robots_per_floor  # when its robots learned
-        if plays.side == "robots" and arena.scenario.robots_per_floor > most:
-            yield f"it learned with at most {most} robots a floor"
     else:
         same = same_cells(policy.building.drawing, arena.drawn.drawing)
         where = getattr(policy, "where", policy.building.title)
         if not same or where != policy.building.title:
             yield f"learned in {where}; here it plays in {arena.drawn.title}"
-        names = differing(policy.scenario, arena.scenario)
+        others = differing(policy.scenario, arena.scenario)
+        names = [name for name in others if name not in policy.varied]
         if names:
             here = in_words(arena.scenario, names)
             own = in_words(policy.scenario, names)
             yield f"learned under {own}; here it plays under {here}"
+    _, most = plays.varied.get("robots_per_floor", (0, inf))
+    if plays.side == "robots" and arena.scenario.robots_per_floor > most:
+        yield f"it learned with at most {most} robots a floor"
     numbers = other_numbers(plays.numbers)
     if numbers:
         yield f"learned with {numbers}"

@@ -38,6 +38,7 @@ class Trained(ABC):
     name, building, scenario  what it has learned in
     title  what tables and pictures call it, if not by the word that names it
     numbers  of the paper, by name, as they were then; none where nobody knows
+    varied  least and most of the scenario's fields that were drawn by lot, by name
     """
 
     side: Side
@@ -46,6 +47,7 @@ class Trained(ABC):
     scenario: Scenario
     title: str = ""
     numbers: Mapping[str, Any] = MappingProxyType({})
+    varied: Mapping[str, tuple[int, ...]] = MappingProxyType({})
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Trained":
         """Itself: copies of a simulation share the network."""

@@ -70,6 +70,13 @@ class Family:
             "robots a floor)"
         )
 
+    def varied(self) -> dict[str, Bounds]:
+        """Find the scenario's fields that jobs draw by lot, and their bounds."""
+        if self.plans:
+            return {}
+        drawn = {"people": self.people, "robots_per_floor": self.robots_per_floor}
+        return {name: (low, high) for name, (low, high) in drawn.items() if low < high}
+
     def example(self) -> str:
         """The text of one building, for what is the same in all."""
         if self.plans:

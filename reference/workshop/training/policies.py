@@ -60,6 +60,7 @@ class LearnedPolicy(Trained):
         self.name = "paper" if family else self.task.building
         self.building = load("paper") if family else building_of(self.task.plan)
         self.where = family.about() if family else self.building.title
+        self.varied = family.varied() if family else {}
         self.scenario = self.task.settings.scenario
         self.numbers = checkpoint.numbers
 
