@@ -10,8 +10,8 @@ import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
-from math import inf
 from itertools import product
+from math import inf
 from pathlib import Path
 from typing import Any
 
