@@ -75,7 +75,6 @@ def _arguments(argv: Sequence[str] | None) -> Namespace:
     _describe(top, first_look)
     version = f"fire-rescue-reference {reference.__version__}"
     top.add_argument("--version", action="version", version=version)
-    top.set_defaults(seed=None, json=False)  # commands leave out what is not typed
 
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
     for name, command in COMMANDS.items():
@@ -83,10 +82,13 @@ def _arguments(argv: Sequence[str] | None) -> Namespace:
         parser = commands.add_parser(name, help=summary, formatter_class=Formatter)
         _describe(parser, command)
 
-    for word in sys.argv[1:] if argv is None else argv:
+    words = sys.argv[1:] if argv is None else argv
+    for word in words:
         if not is_text(word):
             top.error(f"{word!a} is no UTF-8, and no record could name it: rename it")
-    arguments, unknown = top.parse_known_args(argv)
+    arguments, unknown = top.parse_known_args(words)
+    if arguments.run is not first_look.run and words[0].startswith("-"):
+        top.error(f"{words[0]}: write options behind the command")
     if unknown:
         hint = "a map is named by --building; " if "building" in arguments else ""
         top.error(f"unrecognized arguments: {' '.join(unknown)}; {hint}see --help")

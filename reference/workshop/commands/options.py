@@ -2,7 +2,6 @@
 
 import os
 from argparse import (
-    SUPPRESS,
     Action,
     ArgumentError,
     ArgumentParser,
@@ -226,9 +225,8 @@ WORKERS = number("--workers", 0, WORKERS_HELP, most=1000, default=CORES)
 def seed(default: str = "0") -> Option:
     """Declare the option of the seed; default: what is told of it."""
     note = f"all chance follows from N; default: {default}"
-    # Also an option of the whole command line: left out, it does not undo that one.
-    return number("--seed", 0, note, most=LARGEST_SEED, default=SUPPRESS)
+    return number("--seed", 0, note, most=LARGEST_SEED)
 
 
 SEED = seed()
-JSON = flag("--json", "print one JSON object", default=SUPPRESS)
+JSON = flag("--json", "print one JSON object")
