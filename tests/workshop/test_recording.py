@@ -322,6 +322,16 @@ def test_refuses_a_folder_with_something_in_it(tmp_path, capsys):
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
 
 
+def test_a_folder_that_holds_only_a_lock_that_was_left_is_empty(tmp_path):
+    """Its run was killed; to record into it must not fail after the evacuation."""
+    folder = tmp_path / "left"
+    folder.mkdir()
+    (folder / ".lock").touch()
+    record(Simulation(load("tiny"), Scenario(people=2, time_limit=1)), folder)
+    files = sorted(path.name for path in folder.iterdir())
+    assert files == ["floor-1.sqlite", "floor-2.sqlite"]
+
+
 class Interrupted(RandomFire):
     """A fire that is stopped by Ctrl-C."""
 

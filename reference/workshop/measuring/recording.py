@@ -28,7 +28,7 @@ from scipy import ndimage
 from reference.building import Building, lengths
 from reference.simulation import Simulation
 from reference.workshop.storage.files import replacing
-from reference.workshop.storage.runs import refuse_used
+from reference.workshop.storage.runs import refuse_used, remove_left_lock
 
 SQL_TABLES = """
 CREATE TABLE metadata (key TEXT NOT NULL UNIQUE PRIMARY KEY, value TEXT NOT NULL);
@@ -77,6 +77,7 @@ def recording(simulation: Simulation, folder: Path) -> Iterator[Callable[[], Non
     Call it at 0 s and after each tick. Writes all files or none. Raises InputError for
     a folder that is not empty, OSError for one that cannot be written.
     """
+    remove_left_lock(folder)
     refuse_used(folder, "Name another folder.")
     with replacing(folder) as partial:
         partial.mkdir(parents=True)
