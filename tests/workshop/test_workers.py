@@ -18,7 +18,9 @@ from reference.workshop.storage.workers import (
     STOPS,
     InProcess,
     import_early,
+    is_being_stopped,
     map_as_done,
+    stop,
     stop_delayed,
     workers,
 )
@@ -76,6 +78,19 @@ def test_a_stop_waits_until_what_must_not_be_disturbed_is_over():
     with ThreadPoolExecutor(1) as thread:
         thread.submit(stop_delayed().__enter__).result()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_stop_that_waits_is_known_as_one_that_does_not(monkeypatch):
+    """A library may lose its exception, too: then it is raised again."""
+    monkeypatch.setattr("reference.workshop.storage.workers.STOPPED_BY", [])
+    before = signal.signal(signal.SIGINT, stop)
+    try:
+        with pytest.raises(KeyboardInterrupt), stop_delayed():
+            assert not is_being_stopped()
+            signal.raise_signal(signal.SIGINT)
+            assert is_being_stopped()
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_a_stop_waits_until_a_job_is_submitted(monkeypatch):

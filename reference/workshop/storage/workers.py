@@ -35,9 +35,9 @@ from reference import paper
 from reference.paper import InputError
 from reference.workshop.storage.numbers import paper_numbers
 
-STOPS = [signal.SIGINT, signal.SIGTERM]  # end a command
+STOPS: list[int] = [signal.SIGINT, signal.SIGTERM]  # end a command
 STOPS += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []  # the terminal is gone
-STOPPED_BY: list[int] = []  # those that `stop` has heard
+STOPPED_BY: list[int] = []  # heard by `stop`, also while it is delayed
 
 STOP_CHECK_SECONDS = 0.2  # seconds: not every system hears Ctrl-C while it waits
 ANSWER_SECONDS = 10  # seconds to wait for a scheduler
@@ -79,13 +79,18 @@ def stop_delayed(told: str = "") -> Iterator[None]:
     def later(number: int, frame: Any) -> None:
         """Handle a signal."""
         heard.append(number)
+        if before[number] is stop:
+            STOPPED_BY.append(number)
         if told:
             print(f"\n{told}", file=sys.stderr)
 
     heeded = STOPS if current_thread() is main_thread() else []  # it alone hears any
-    handlers = {number: signal.getsignal(number) for number in heeded}
     raising = (stop, signal.default_int_handler)
-    before = {s: handler for s, handler in handlers.items() if handler in raising}
+    before = dict[int, Any]()
+    for number in heeded:
+        handler = signal.getsignal(number)
+        if handler in raising:
+            before[number] = handler
     for number in before:
         signal.signal(number, later)
     try:
