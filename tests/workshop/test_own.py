@@ -1,7 +1,9 @@
 """Strategies of one's own: code from the current folder, policies learned elsewhere."""
 
 import json
+import pickle
 import sys
+from copy import copy
 from hashlib import sha256
 from itertools import count
 from pathlib import Path
@@ -448,6 +450,17 @@ def test_an_error_keeps_its_text_on_its_way_out_of_a_worker(body, mine):
     with pytest.raises(RuntimeError, match="mine 7") as raised:
         main([*RUN, "--workers", "1", "--robots", f"{mine}:Odd"])
     assert body in "".join(raised.value.__notes__)
+
+
+def test_a_policy_of_ones_own_can_be_copied_and_pickled(mine):
+    """Before a copy has the policy, it is asked for what the policy may tell."""
+    Path(f"{mine}.py").write_text(
+        "from reference.workshop.strategies.trained import FlatRobots\n"
+        "guide = FlatRobots(print, 'tiny')\n"
+    )
+    guide = from_code(f"{mine}:guide", "robots")
+    for twin in (copy(guide), pickle.loads(pickle.dumps(guide))):
+        assert twin.name == guide.name
 
 
 ENDS = {  # what is written, at what the message points

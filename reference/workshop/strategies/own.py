@@ -244,8 +244,10 @@ class CheckedPolicy(CheckedStrategy):
     """A policy of your own, which tells where it has learned."""
 
     def __getattr__(self, name: str) -> Any:
-        """Tell what the policy tells."""
-        return getattr(vars(self)["strategy"], name)
+        """Tell what the policy tells; while a copy is made, there is none yet."""
+        if "strategy" not in vars(self):
+            raise AttributeError(name)
+        return getattr(self.strategy, name)
 
     def playing_in(self, building: Building, scenario: Scenario) -> "CheckedPolicy":
         """Play there, still checked. Raises InputError where the policy cannot."""
