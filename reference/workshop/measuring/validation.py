@@ -309,13 +309,13 @@ MEASURES: dict[str, Callable[[int], Measured]] = {
 """How each case is measured, by a seed."""
 
 
-def measure_case(name: str, seed: int, runs: int | None = None) -> dict[str, Any]:
+def measure_case(name: str, seed: int) -> dict[str, Any]:
     """Measure one of the CASES over its seeds, from this one on; return a table row.
 
     It passes if it does so with every seed.  A number is the mean over the seeds where
     it is finite, None if there are none; `never` counts the others.
     """
-    count = runs or CASES[name]["runs"]
+    count = CASES[name]["runs"]
     results = [MEASURES[name](each) for each in range(seed, seed + count)]
     failed = sum(not passed for passed, _ in results)
 
