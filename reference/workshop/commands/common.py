@@ -66,7 +66,7 @@ def _drop_unprinted() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def print_report(arguments: Namespace, report: dict[str, Any], text: str) -> None:
+def print_report(arguments: Namespace, report: dict[Any, Any], text: str) -> None:
     """Print a report as JSON where that is asked for, else as text."""
     print(json.dumps(report) if arguments.json else text)
 

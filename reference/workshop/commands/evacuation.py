@@ -121,11 +121,7 @@ def _play_one_seed(
 @options.command("strategies", options.JSON)
 def strategies(arguments: Namespace) -> None:
     """Says in a line each what every robot strategy and every fire does."""
-    print_report(
-        arguments,
-        {side: DESCRIPTIONS[side] for side in DESCRIPTIONS},
-        options.list_players().strip(),
-    )
+    print_report(arguments, DESCRIPTIONS, options.list_players().strip())
 
 
 @options.command(
