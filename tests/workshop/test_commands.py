@@ -32,7 +32,11 @@ from reference.workshop.comparing.named import PLAYER_NAMES
 from reference.workshop.engine import to_the_end
 from reference.workshop.maps.generated import generated_text
 from reference.workshop.measuring import bench
-from reference.workshop.storage.files import refuse_unwritable, replacing
+from reference.workshop.storage.files import (
+    refuse_unwritable,
+    replacing,
+    write_whole,
+)
 from reference.workshop.storage.workers import InProcess
 from reference.workshop.strategies.fires import BusiestFire
 from reference.workshop.strategies.guides import Escort
@@ -489,6 +493,25 @@ def test_refuses_a_file_on_a_full_disk():
     with room_for(0), pytest.raises(OSError, match=r"cannot be written \(File too la"):
         refuse_unwritable(Path("film.gif"))
     assert list(Path().iterdir()) == []
+
+
+def test_refuses_a_file_that_may_not_be_written(monkeypatch):
+    """Also in a folder that is ours, where it could be replaced."""
+    Path("film.gif").write_text("mine")
+    refuse_unwritable(Path("film.gif"))
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may always
+    with pytest.raises(OSError, match=r"cannot be written \(Permission denied\)"):
+        refuse_unwritable(Path("film.gif"))
+
+
+def test_a_file_that_is_replaced_keeps_who_may_read_it(tmp_path):
+    """What was for its owner only stays so."""
+    (tmp_path / "rows.csv").touch()
+    (tmp_path / "rows.csv").chmod(0o600)
+    mode = (tmp_path / "rows.csv").stat().st_mode
+    write_whole(tmp_path / "rows.csv", b"new")
+    assert (tmp_path / "rows.csv").read_bytes() == b"new"
+    assert (tmp_path / "rows.csv").stat().st_mode == mode
 
 
 def test_every_output_of_an_evacuation_makes_its_folder():

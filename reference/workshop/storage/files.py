@@ -8,11 +8,11 @@ import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from errno import EISDIR
+from errno import EACCES, EISDIR
 from io import StringIO
 from pathlib import Path
 from select import select
-from shutil import rmtree
+from shutil import copymode, rmtree
 from tempfile import TemporaryFile
 from typing import Any, BinaryIO, TypeVar
 
@@ -61,6 +61,8 @@ def refuse_unwritable(path: Path) -> None:
     with _reworded_errors(path, "Name a file in a folder that is yours."):
         if path.is_dir():
             raise IsADirectoryError(EISDIR, os.strerror(EISDIR))
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError(EACCES, os.strerror(EACCES))
         there = next(above for above in path.absolute().parents if above.exists())
         with TemporaryFile(dir=there) as file:
             file.write(b"x")  # the disk may be full
@@ -70,9 +72,9 @@ def refuse_unwritable(path: Path) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a path for a file or folder that replaces this one after the block.
 
-    Folders on the way to it are made. A folder replaces none but an empty one. If the
-    block ends early, even by Ctrl-C, what was made is removed. Raises OSError with a
-    message for people.
+    Folders on the way to it are made. A folder replaces none but an empty one. Who may
+    read and write it stays as it was. If the block ends early, even by Ctrl-C, what was
+    made is removed. Raises OSError with a message for people.
     """
     whole = Path(os.path.realpath(path))  # which also takes a link to itself
     partial = whole.with_name(f".{whole.stem[:40]}-{os.getpid()}-part{whole.suffix}")
@@ -80,6 +82,8 @@ def replacing(path: Path) -> Iterator[Path]:
     with _reworded_errors(path, advice), folder_for_block(whole.parent):
         try:
             yield partial
+            if whole.exists():
+                copymode(whole, partial)
             os.replace(partial, whole)
         finally:
             rmtree(partial, ignore_errors=True)
