@@ -26,6 +26,7 @@ from trainings import room_for
 from reference.__main__ import COMMANDS, main
 from reference.simulation import Simulation
 from reference.workshop.commands import evacuation
+from reference.workshop.commands.common import format_figure
 from reference.workshop.commands.options import LEAST_PEOPLE, MOST_PEOPLE
 from reference.workshop.comparing.matches import begin_evaluation
 from reference.workshop.comparing.named import PLAYER_NAMES
@@ -804,6 +805,12 @@ def test_bench_measures_the_world_both_learners_and_rollouts(
                     assert figure is None
                 else:
                     assert figure > 0
+
+
+def test_a_figure_that_rounds_to_0_has_no_sign():
+    """Nothing is less than nothing."""
+    figures = [format_figure(value) for value in (-0.001, 0.001, -0.01, 1234.5)]
+    assert figures == ["0", "0", "-0.01", "1,234.50"]
 
 
 def test_bench_prints_one_table(capsys, monkeypatch):

@@ -85,7 +85,7 @@ def format_figure(value: float | str | None) -> str:
     """Write a figure with two decimals if it has any, a word as it is, "-" for None."""
     if isinstance(value, str):
         return value
-    return "-" if value is None else f"{value:,.2f}".removesuffix(".00")
+    return "-" if value is None else f"{value:z,.2f}".removesuffix(".00")
 
 
 def format_table(values: Sequence[Sequence[float | str | None]], align: str) -> str:
