@@ -15,7 +15,7 @@ import numpy as np
 
 from reference import Scenario, Simulation, load
 from reference.workshop.measuring.recording import record
-from reference.workshop.measuring.validation import MEASURED, ONE_WAY
+from reference.workshop.measuring.validation import ONE_WAY, REAL_PEOPLE_SOURCE
 from reference.world import Evacuated
 
 try:
@@ -113,7 +113,8 @@ pace.scatter(list(ONE_WAY), list(ONE_WAY.values()), **real, label="real people")
 pace.legend()
 pace.set(xlabel="density, people per m²", ylabel="speed, m/s", xlim=0, ylim=0)
 pace.set_title("Density and speed in front of the exit", loc="left")
-figure.text(0.99, 0, f"real people: {MEASURED}", ha="right", va="top", fontsize=8)
+source = f"real people: {REAL_PEOPLE_SOURCE}"
+figure.text(0.99, 0, source, ha="right", va="top", fontsize=8)
 figure.savefig("out/10_measured.png", dpi=120, bbox_inches="tight")
 print("out/10_measured.png")
 #> out/10_measured.png

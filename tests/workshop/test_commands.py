@@ -754,9 +754,9 @@ def test_a_mistake_of_our_own_is_not_told_as_the_users(monkeypatch):
 @pytest.fixture
 def quick_bench(monkeypatch):
     """Measure a little of each thing."""
-    nine = bench.Crowd(9, "none", "none", 2.0, 1)
+    nine = bench.TimedRuns(9, "none", "none", 2.0, 1)
     many = replace(nine, people=10**5)
-    monkeypatch.setattr(bench, "crowd_cases", lambda: {"9": nine, "too many": many})
+    monkeypatch.setattr(bench, "cases_to_time", lambda: {"9": nine, "too many": many})
     monkeypatch.setattr(bench, "BATCHES", 1)
     monkeypatch.setattr(bench, "FIRST_DECISION", "print(0.5)")
 

@@ -11,7 +11,7 @@ from refusals import refusal
 from reference.workshop.comparing.design import read_experiment
 from reference.workshop.storage.records import SettingsError, did_you_mean
 from reference.workshop.storage.settings import (
-    LARGEST,
+    LARGEST_SETTINGS,
     number_or_word,
     read_toml_file,
     read_yaml_file,
@@ -85,7 +85,7 @@ def test_yaml_is_words_numbers_switches_and_nothing(read):
 @pytest.mark.parametrize("kind", READERS)
 def test_a_large_file_is_refused_before_any_reader_sees_it(read, kind):
     """A comment alone would harm nobody: size counts."""
-    comment = "#" * LARGEST
+    comment = "#" * LARGEST_SETTINGS
     assert read(kind, comment[1:] + "\n") in (None, {})
     with pytest.raises(ValueError, match="has more than 65,536 bytes"):
         read(kind, comment + "\n")
@@ -110,7 +110,7 @@ def test_no_file_keeps_its_reader_busy(read, kind, part):
     """Nesting and long keys cost a square of their length, or a reader's stack."""
     begun = time.process_time()
     with pytest.raises(ValueError, match=r"levels|points|no TOML|no YAML"):
-        read(kind, part * ((LARGEST - 1) // len(part)))
+        read(kind, part * ((LARGEST_SETTINGS - 1) // len(part)))
     assert time.process_time() - begun < 10
 
 

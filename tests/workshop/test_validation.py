@@ -20,11 +20,11 @@ from reference.workshop.measuring.halls import (
 from reference.workshop.measuring.validation import (
     CASES,
     DENSITIES,
-    MEASURED,
     MEASURES,
     NOT_MODELLED,
     ONE_WAY,
     OPPOSED,
+    REAL_PEOPLE_SOURCE,
     measure_case,
     weidmann,
 )
@@ -136,7 +136,7 @@ def test_real_people_stand_beside_the_model_in_the_picture(monkeypatch, tmp_path
     for table in (ONE_WAY, OPPOSED, {d: 5 / d for d in DENSITIES}):
         assert [list(point) for point in table.items()] in lines
     assert [[d, seed / d] for seed in (4, 5, 6) for d in DENSITIES] in lines
-    assert any(MEASURED in text for text in writing(figure))
+    assert any(REAL_PEOPLE_SOURCE in text for text in writing(figure))
     assert overlaps(figure) == []
     path = tmp_path / "diagram.png"
     assert main(["validate", "--only", "corner", "-o", str(path)]) == 0

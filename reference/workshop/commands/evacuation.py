@@ -236,13 +236,13 @@ def _play_episode(
     """
     matches = [(robots, fire, seed) for robots, fire in pairs]
     simulations = list(evaluation.simulations(matches))
-    notes = list[Callable[[], None]]()
+    watchers = list[Callable[[], None]]()
     with ExitStack() as stack:
         if folder:
-            notes.append(stack.enter_context(recording(simulations[0], folder)))
+            watchers.append(stack.enter_context(recording(simulations[0], folder)))
         if crowding:
-            notes.append(crowding.watch(simulations[0]))
-        going = ticks(simulations, notes)  # nothing is played before it is asked for
+            watchers.append(crowding.watch(simulations[0]))
+        going = ticks(simulations, watchers)  # nothing is played before it is asked for
         if film:
             titles = evaluation.titles
             headings = [

@@ -42,6 +42,6 @@ def diagram(seed: int) -> Figure:
     axes.set(xlim=(0, curve[-1]), xlabel="people per square metre")
     axes.set(ylim=(0, 2), ylabel="speed, m/s")
     axes.grid()
-    title = f"Real people: {validation.MEASURED}"
+    title = f"Real people: {validation.REAL_PEOPLE_SOURCE}"
     axes.legend(title=title, title_fontsize=8, frameon=True, edgecolor="none")
     return page

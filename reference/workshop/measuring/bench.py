@@ -45,7 +45,7 @@ _bar = partial(tqdm, disable=None, leave=False)  # shown on a terminal
 
 
 @dataclass(frozen=True)
-class Crowd:
+class TimedRuns:
     """Evacuations to play: who guides, what burns, until when, how many."""
 
     people: int
@@ -55,19 +55,19 @@ class Crowd:
     runs: int
 
 
-def crowd_cases() -> dict[str, Crowd]:
-    """What is played, by what it is called."""
+def cases_to_time() -> dict[str, TimedRuns]:
+    """List what is played and timed, by what it is called."""
     forty = paper.PEOPLE
     many = 10 * forty
     whole = Scenario().time_limit
     return {
-        f"{forty} people, no guide, no fire, 8 runs": Crowd(
+        f"{forty} people, no guide, no fire, 8 runs": TimedRuns(
             forty, "none", "none", whole, 8
         ),
-        f"{many} people, the same, first 20 s, 4 runs": Crowd(
+        f"{many} people, the same, first 20 s, 4 runs": TimedRuns(
             many, "none", "none", 20.0, 4
         ),
-        f"{forty} people, escort, busiest, 16 runs": Crowd(
+        f"{forty} people, escort, busiest, 16 runs": TimedRuns(
             forty, "escort", "busiest", whole, 16
         ),
     }
@@ -79,7 +79,7 @@ def measure_speed(name: str, seed: int) -> dict[str, dict[str, Figures]]:
     load_seconds        until the first tick can begin: text, checks, ways and sight
     compile_seconds     until the engine has played a first decision: from nothing, and
                         from what an earlier process has compiled
-    microseconds_per_tick  of one world, in each of `crowd_cases` whose people fit
+    microseconds_per_tick  of one world, in each of `cases_to_time` whose people fit
     person_seconds_per_second  simulated there
     decisions_per_second  of robots in a preset's first round, networks and world
                         included
@@ -96,9 +96,9 @@ def measure_speed(name: str, seed: int) -> dict[str, dict[str, Figures]]:
 
     ticks: dict[str, Figures] = {}
     speeds: dict[str, Figures] = {}
-    for case, crowd in _bar(crowd_cases().items(), "crowds"):
+    for case, asked in _bar(cases_to_time().items(), "crowds"):
         with suppress(InputError):  # they do not fit
-            ticks[case], speeds[case] = _measure_crowd(building, crowd, seed)
+            ticks[case], speeds[case] = _measure_runs(building, asked, seed)
 
     decisions: dict[str, Figures] = {}
     samples: dict[str, Figures] = {}
@@ -163,17 +163,17 @@ def _first_decision(cache: str) -> float:
 # -- Crowds -------------------------------------------------------------------------
 
 
-def _measure_crowd(
-    building: Building, crowd: Crowd, seed: int
+def _measure_runs(
+    building: Building, asked: TimedRuns, seed: int
 ) -> tuple[Figures, Figures]:
     """Measure microseconds per tick, and person-seconds per second."""
     ticks: Figures = {"book": None, "engine": None}
     speeds: Figures = {"book": None, "engine": None}
     # warm up: what is seen from where, and compilation
-    engine.to_the_end(_begin(building, crowd, seed))
+    engine.to_the_end(_begin(building, asked, seed))
 
     for player in _players():
-        runs = _begin(building, crowd, seed)
+        runs = _begin(building, asked, seed)
         start = process_time()
         _TO_THE_END[player](runs)
         seconds = process_time() - start
@@ -182,14 +182,14 @@ def _measure_crowd(
     return ticks, speeds
 
 
-def _begin(building: Building, crowd: Crowd, seed: int) -> list[Simulation]:
+def _begin(building: Building, asked: TimedRuns, seed: int) -> list[Simulation]:
     """Begin the evacuations. Raises InputError if the people do not fit."""
-    scenario = Scenario(people=crowd.people, time_limit=crowd.seconds)
-    robots = SCRIPTS["robots"][crowd.robots]
-    fire = SCRIPTS["fire"][crowd.fire]
+    scenario = Scenario(people=asked.people, time_limit=asked.seconds)
+    robots = SCRIPTS["robots"][asked.robots]
+    fire = SCRIPTS["fire"][asked.fire]
     return [
         Simulation(building, scenario, robots(), fire(), k)
-        for k in range(seed, seed + crowd.runs)
+        for k in range(seed, seed + asked.runs)
     ]
 
 

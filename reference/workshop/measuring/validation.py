@@ -53,7 +53,9 @@ ONE_WAY = {0.6: 1.35, 1.1: 1.21, 1.6: 1.0, 2.05: 0.65, 2.5: 0.41, 3.05: 0.31}
 OPPOSED = {0.75: 1.05, 1.25: 1.01}
 """Real people, m/s by people per square metre: all one way, and in a counterflow 4 m
 wide, in the middle of 0.5 to 1 and of 1 to 1.5 people."""
-MEASURED = "PedPy's demonstration data, trajectories of the Jülich data archive"
+REAL_PEOPLE_SOURCE = (
+    "PedPy's demonstration data, trajectories of the Jülich data archive"
+)
 """The source of both, and of real people's flow through exits, 1.9 to 2.4.
 
 Our densities are people per area, counted. Who compares them with Voronoi densities of
@@ -66,11 +68,11 @@ CASES["fundamental-diagram"]["note"] = "real people: " + ", ".join(
 )
 
 Numbers = dict[str, float]
-Measured = tuple[bool, Numbers]
+CaseResult = tuple[bool, Numbers]
 """Does a case pass, and what came out; a measure's docstring says what that is."""
 
 
-def all_between(numbers: Numbers, low: float, high: float) -> Measured:
+def all_between(numbers: Numbers, low: float, high: float) -> CaseResult:
     """Pass if every number lies between two bounds."""
     return all(low <= number <= high for number in numbers.values()), numbers
 
@@ -85,7 +87,7 @@ def seconds(building: Building, seed: int, count: int, spot: Spot) -> float:
 # -- Speeds -------------------------------------------------------------------------
 
 
-def corridor(seed: int) -> Measured:
+def corridor(seed: int) -> CaseResult:
     """Seconds for 40 m, alone, at 1.33 and 1 m/s."""
 
     def alone(pace: float) -> float:
@@ -101,7 +103,7 @@ def corridor(seed: int) -> Measured:
     return 26 <= fast <= 34 and 38 <= slow <= 42, {"1.33 m/s": fast, "1 m/s": slow}
 
 
-def speeds(seed: int) -> Measured:
+def speeds(seed: int) -> CaseResult:
     """Free speeds of a thousand people, m/s."""
     rng = np.random.default_rng(seed)
     pace = starting_world(load("paper"), Scenario(people=1000), rng).bodies.pace
@@ -151,7 +153,7 @@ def _speed_in_ring(density: float, seed: int, numbers: tuple[Any, ...]) -> float
     return float(np.mean(walked[50:]))
 
 
-def fundamental_diagram(seed: int) -> Measured:
+def fundamental_diagram(seed: int) -> CaseResult:
     """Mean speed, m/s, by people per m²."""
     speed = {each: speed_in_ring(each, seed) for each in DENSITIES}
     falls = all(one >= other for one, other in pairwise(speed.values()))
@@ -162,7 +164,7 @@ def fundamental_diagram(seed: int) -> Measured:
 # -- Doors --------------------------------------------------------------------------
 
 
-def doors(seed: int) -> Measured:
+def doors(seed: int) -> CaseResult:
     """People per metre and second, by width, of exits and inner doors."""
     numbers = Numbers()
     for name, gate, beyond in (("exit", "E", ""), ("door", "+", "........E")):
@@ -177,7 +179,7 @@ def doors(seed: int) -> Measured:
     return all_between(numbers, 0.6, 1.33)
 
 
-def large_room(seed: int) -> Measured:
+def large_room(seed: int) -> CaseResult:
     """Seconds in which 250 leave a quarter of the guidelines' room."""
     exits = "####E#######E####"
     inside = ["#" + "." * 15 + "#"] * 10
@@ -187,7 +189,7 @@ def large_room(seed: int) -> Measured:
     return 1.7 <= two / four <= 2.3, {"4 exits": four, "2 exits": two}
 
 
-def counterflow(seed: int) -> Measured:
+def counterflow(seed: int) -> CaseResult:
     """Seconds of a hundred through 10 m x 2 m, by those against them."""
     rows = ["E" + "." * 10 + "#" * 10 + "." * 10 + "E"] * 10
     rows[4:6] = ["E" + "." * 30 + "E"] * 2
@@ -214,7 +216,7 @@ def bent_corridor(width: int, along: int, up: int) -> Building:
     return build_floors([wall + "E" * width + "#", *rows, "#" * (along + width + 2)])
 
 
-def corner(seed: int) -> Measured:
+def corner(seed: int) -> CaseResult:
     """Twenty people turn left: arrived, and seen in walls."""
     world = put_people(bent_corridor(2, 10, 10), seed, (20, np.s_[0, 11:13, 1:8]))
     crowd = Crowd(world, seed)
@@ -228,7 +230,7 @@ def corner(seed: int) -> Measured:
     return left == 20 and not walls, {"arrived": left, "in walls": walls}
 
 
-def large_corner(seed: int) -> Measured:
+def large_corner(seed: int) -> CaseResult:
     """Seconds of 500 on 20 m: straight 44 m, round a corner, straight 75 m."""
     spot = np.s_[0, 1:21, 1:8]
 
@@ -254,7 +256,7 @@ def two_storeys() -> Building:
     return build_floors(*floors)
 
 
-def stairs(seed: int) -> Measured:
+def stairs(seed: int) -> CaseResult:
     """Down stairs: m/s alone, m/s and flow of a crowd."""
 
     def when(count: int, past: Past) -> np.ndarray:
@@ -271,7 +273,7 @@ def stairs(seed: int) -> Measured:
     return passed and numbers["flow"] <= 1.1, numbers
 
 
-def before_stairs(seed: int) -> Measured:
+def before_stairs(seed: int) -> CaseResult:
     """People per m² where a room ends, and before stairs."""
     numbers = Numbers()
     for name, first in (("room", 7), ("stairs", 19)):
@@ -284,7 +286,7 @@ def before_stairs(seed: int) -> Measured:
 # -- The paper's building -----------------------------------------------------------
 
 
-def everybody_knows(seed: int) -> Measured:
+def everybody_knows(seed: int) -> CaseResult:
     """Percent out alive who know the way, by their number."""
     numbers = Numbers()
     for count in (100, 200, 400):
@@ -297,7 +299,7 @@ def everybody_knows(seed: int) -> Measured:
 
 # -- The table ----------------------------------------------------------------------
 
-MEASURES: dict[str, Callable[[int], Measured]] = {
+MEASURES: dict[str, Callable[[int], CaseResult]] = {
     measure.__name__.replace("_", "-"): measure
     for measure in (
         *(corridor, speeds, fundamental_diagram),

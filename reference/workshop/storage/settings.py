@@ -16,7 +16,7 @@ from typing import Any
 from reference.workshop.storage.files import read_text
 from reference.workshop.storage.records import SettingsError, checked_mapping
 
-LARGEST = 1 << 16
+LARGEST_SETTINGS = 1 << 16
 """Bytes of a settings file: a small file may keep its reader busy for minutes."""
 
 MOST_LEVELS = 20  # of sections in sections
@@ -80,7 +80,7 @@ def settings_errors_naming(path: Path) -> Iterator[None]:
 
 def read_toml_file(path: Path) -> dict[str, Any]:
     """Read a settings file in TOML. Raises InputError, OSError."""
-    text = read_text(path, LARGEST)
+    text = read_text(path, LARGEST_SETTINGS)
     with settings_errors_naming(path):
         for number, line in enumerate(text.split("\n"), 1):
             if line.count(".") > MOST_POINTS:
@@ -114,7 +114,7 @@ def read_yaml_file(path: Path) -> Any:
 
     Raises InputError, also without PyYAML, and OSError.
     """
-    text = read_text(path, LARGEST)
+    text = read_text(path, LARGEST_SETTINGS)
     with settings_errors_naming(path), _refusals_of_yaml():
         content = _plain(_tree(text))
         _refuse_levels(content)

@@ -22,30 +22,30 @@ class GreedyFire:
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Choose the busiest free cell of all floors, at random among equals."""
-        traffic = self._traffic(world)
-        traffic[~free_places(world)] = 0
-        if not traffic.any():
+        crossed = self._crossings(world)
+        crossed[~free_places(world)] = 0
+        if not crossed.any():
             return RandomFire().decide(world, rng)
-        return decision_at(world, rng.choice(np.flatnonzero(traffic == traffic.max())))
+        return decision_at(world, rng.choice(np.flatnonzero(crossed == crossed.max())))
 
     @staticmethod
-    def _traffic(world: World) -> np.ndarray:
+    def _crossings(world: World) -> np.ndarray:
         """Walk everyone to their goals; (places,) how many people cross each place."""
         nav = navigation_of(world.building)
         bodies = world.bodies
         who = np.flatnonzero(bodies.walking)
         targets = nav.places_at(bodies.floor[who], bodies.target[who])
-        traffic = np.zeros(nav.places)
+        crossed = np.zeros(nav.places)
         for i, target in zip(who.tolist(), targets.tolist(), strict=True):
             p = int(bodies.place[i])
             mark = int(bodies.landmark[i])
-            crossed = (
+            way = (
                 places_walked(nav, p, mark)
                 if mark >= 0
                 else nav.straight_way(p, target)
             )
-            traffic[list(set(crossed))] += 1
-        return traffic
+            crossed[list(set(way))] += 1
+        return crossed
 
 
 class CloserFire:
