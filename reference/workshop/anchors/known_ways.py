@@ -56,7 +56,9 @@ class KnownWays:
         self.wells = padded([[way.stairwell for way in here] for here in ways], -1)
         widths = [[self._width(marks) for marks in here] for here in self.marks]
         self.width = padded(widths, 0)
-        leads = [[self._leads(by_mark, marks) for marks in here] for here in self.marks]
+        leads = [
+            [self._metres_out(by_mark, marks) for marks in here] for here in self.marks
+        ]
         self.leads = padded(leads, 0)
         chains = [
             [self._chain(by_mark, marks[0]) for marks in here] for here in self.marks
@@ -67,7 +69,7 @@ class KnownWays:
         for floor, here in enumerate(chains):
             for k, chain in enumerate(here):
                 self.burns[chain, floor, k] = 1
-                self.near[:, floor, k] = self._near(chain)
+                self.near[:, floor, k] = self._nearness_to(chain)
 
         # feet of stairs and rims
         self.feet = padded([stairs_that_end(building, floor) for floor in floors], -1)
@@ -85,7 +87,7 @@ class KnownWays:
     def _width(self, marks: Sequence[int]) -> int:
         return sum(self.building.landmarks[mark].width for mark in marks)
 
-    def _leads(self, by_mark: Ways, marks: Sequence[int]) -> float:
+    def _metres_out(self, by_mark: Ways, marks: Sequence[int]) -> float:
         """Metres to the outside from a way out of these landmarks."""
         goals = navigation_of(self.building).goals
         return min(float(by_mark[mark][goals[mark][0]]) for mark in marks)
@@ -105,7 +107,7 @@ class KnownWays:
             chain += [foot, *places_walked(nav, foot, mark)]
         return chain
 
-    def _near(self, chain: list[int]) -> np.ndarray:
+    def _nearness_to(self, chain: list[int]) -> np.ndarray:
         """(places,) 1 on a chain of places, 0 from SOON metres on foot."""
         nav = navigation_of(self.building)
         close = np.zeros(nav.places)

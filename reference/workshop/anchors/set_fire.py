@@ -252,9 +252,9 @@ class FireView:
     def _sets(self) -> list[np.ndarray]:
         return [
             self._anchors(),
-            _or_none(self._people()),
-            _or_none(self._robots()),
-            _or_none(self._sources()),
+            _at_least_one(self._people()),
+            _at_least_one(self._robots()),
+            _at_least_one(self._sources()),
         ]
 
     def _anchors(self) -> np.ndarray:
@@ -282,10 +282,10 @@ class FireView:
             (soon & self.led).sum(axis=1) / GROUP,
             (people & self.walks).sum(axis=1) / UNIT,
             (robots <= GROUP_RADIUS).sum(axis=1) / CREW,
-            nearness(_least(robots)),
-            nearness(_least(flames)),
+            nearness(_nearest(robots)),
+            nearness(_nearest(flames)),
             self._closed(),
-            nearness(_least(sources)),
+            nearness(_nearest(sources)),
             self.allowed,
             self.real,
         ]
@@ -376,13 +376,13 @@ class FireView:
         return np.array(columns, dtype=float)
 
 
-def _least(way: np.ndarray) -> np.ndarray:
+def _nearest(way: np.ndarray) -> np.ndarray:
     """(K,) the least of (K, k) metres, at most FAR."""
     return way.min(axis=1, initial=FAR)
 
 
-def _or_none(elements: np.ndarray) -> np.ndarray:
-    """Elements (k, N) of a set; it has at least one, there or not."""
+def _at_least_one(elements: np.ndarray) -> np.ndarray:
+    """Elements (k, N) of a set; where there are none, one that is not there."""
     return elements if len(elements) else np.zeros((1, elements.shape[1]))
 
 
