@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import cache, partial
 from itertools import chain, groupby, pairwise
 from operator import itemgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 import networkx as nx
 import numpy as np
@@ -566,24 +566,29 @@ def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
     for part in nx.weakly_connected_components(lost):
         room = next(a for a in building.areas if a.id in part and a.kind == "room")
         floor = page.floor_of(room.floor)
-        sign, cell = _way(building, page, part)
+        opening = _opening(building, page, part)
         facts = {"room": room.name}
-        if cell is None:
+        if opening is None:
             upstairs = all(building.area_of[name].floor for name in part)
             kind = "no-way-down" if upstairs else "no-way"
             yield floor.mistake(kind, room.cells[0], **facts)
             continue
-        where, at = cell
-        edits = where.typed(sign, [at])
-        facts["place"] = _place(where, at)
-        kind = "no-way-door" if sign == "+" else "no-way-exit"
+        edits = opening.floor.typed(opening.sign, [opening.cell])
+        facts["place"] = _place(opening.floor, opening.cell)
+        kind = "no-way-door" if opening.sign == "+" else "no-way-exit"
         yield floor.mistake(kind, room.cells[0], edits=edits, **facts)
 
 
-def _way(
-    building: Building, page: Page, part: Collection[str]
-) -> tuple[str, tuple[Floor, np.ndarray] | None]:
-    """What to type where, so that rooms get a way: a door to others, else an exit.
+class Opening(NamedTuple):
+    """What to type where, so that rooms get a way out."""
+
+    sign: str
+    floor: Floor
+    cell: np.ndarray
+
+
+def _opening(building: Building, page: Page, part: Collection[str]) -> Opening | None:
+    """Find an opening for these rooms: a door to others, else an exit.
 
     Above the ground no exit: what is missing there are stairs.
     """
@@ -596,8 +601,8 @@ def _way(
             find = _door_place if sign == "+" else _outer_place
             cell = find(building, floor, rooms)
             if cell is not None:
-                return sign, (floor, cell)
-    return "", None
+                return Opening(sign, floor, cell)
+    return None
 
 
 def _door_place(
