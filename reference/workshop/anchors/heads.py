@@ -47,7 +47,8 @@ class Mixture(ActionDistribution):
 
     def act(self, noise: Tensor | None = None) -> Tensor:
         """Sample (..., C) around a sampled anchor; without noise, the likeliest one."""
-        scores, anchors = self.choice.logits, self.gaussian.mean
+        scores = self.choice.logits
+        anchors = self.gaussian.mean
         C = anchors.shape[-1]
         if noise is not None:
             scores = scores + noise[..., C:]

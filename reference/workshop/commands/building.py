@@ -231,7 +231,8 @@ def _size(text: str) -> tuple[int, int]:
     """Read width and height, such as 40x40."""
     read = re.fullmatch(r"(\d{1,9})[xX](\d{1,9})", text)
     if read:
-        width, height = int(read[1]), int(read[2])
+        width = int(read[1])
+        height = int(read[2])
         if min(width, height) >= LEAST_SIDE and max(width, height) <= MOST_SIDE:
             return width, height
     raise ArgumentTypeError(

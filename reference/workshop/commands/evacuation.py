@@ -213,7 +213,8 @@ def _table_of(told: Sequence[Facts]) -> str:
 
 def _pairs(arguments: Namespace) -> list[Pair]:
     """Pair the first robots with the first fire, and so on; one name goes with all."""
-    robots, fires = arguments.robots, arguments.fire
+    robots = arguments.robots
+    fires = arguments.fire
     count = max(len(robots), len(fires))
     if count > MOST_FILMED:
         raise ContradictionError(

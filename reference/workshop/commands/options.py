@@ -41,13 +41,19 @@ class Command(NamedTuple):
 def command(
     example: str, *options: Option, end: str = ""
 ) -> Callable[[Callable[[Namespace], None]], Command]:
-    """Make a command of the function below; end: of its help, below the example."""
+    """Return a decorator that makes a Command.
+
+    end: text below the example in its help
+    """
     told = f"example:\n  python -m reference {example}\n{end}"
     return lambda run: Command(run, told, options)
 
 
 def option(names: str, note: str, **told: Any) -> Option:
-    """Declare an option, such as "-o --output"; told: as to `add_argument`."""
+    """Declare an option, such as "-o --output".
+
+    told: further arguments of argparse's `add_argument`
+    """
     return names.split(), {"help": note, **told}
 
 

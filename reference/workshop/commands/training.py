@@ -102,7 +102,8 @@ def train(arguments: Namespace) -> None:
 
     out = arguments.out
     begin = partial(_begin_or_resume, arguments)
-    # As many as there are jobs; whatever settings say, others start with their first.
+    # Start early as many workers as the preset has jobs in a round; others start with
+    # their first job.
     most = preset(arguments.preset or "laptop").jobs_per_round
     load = partial(import_early, modules=JOBS_NEED, most=most)
     with run_in_folder(arguments, out, begin, "train", meanwhile=load) as work:

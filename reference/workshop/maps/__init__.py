@@ -111,7 +111,7 @@ def standing(text: str) -> tuple[int, int]:
 
 
 def lines_of_plan(text: str) -> list[str]:
-    """Split a text into lines, of which one more than a map may have is the last."""
+    """Split a text into lines. After MOST_LINES of them, the rest is one line."""
     return re.split(r"\r\n?|\n", text.removeprefix("\ufeff"), maxsplit=MOST_LINES)
 
 

@@ -1,6 +1,6 @@
 """Which columns a row's signs take: tabs, and signs as wide as two.
 
-Of several readings the one counts with which the map gets farthest.
+Where several readings are possible, take the one with which the map passes most checks.
 """
 
 import unicodedata

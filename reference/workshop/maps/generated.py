@@ -194,7 +194,8 @@ def _put_stairs_inside(
     beside = []
     for sign, side in zip(STAIR_ROOMS, sides, strict=False):
         starts = _starts(body, side)
-        low, high = starts[0], starts[-1]
+        low = starts[0]
+        high = starts[-1]
         shafts = [
             _shaft_at(body, side, at, is_inside=True)
             for at in starts

@@ -19,7 +19,7 @@ from reference.floorplan import FloorPlanError
 MISTAKE_TEXTS: dict[str, tuple[str, str]] = tomllib.loads(
     Path(__file__).with_name("mistakes.toml").read_text("utf-8")
 )
-# mistakes shown at once, those with one hint as one: more would hide it
+# Mistakes shown at once. Those with the same hint count as one.
 MISTAKES_SHOWN = 4
 MORE_PLACES = 9  # places of one hint
 MOST_MISTAKES = 1000  # mistakes looked for: with so many, only the first help

@@ -104,7 +104,8 @@ class Floor:
         read = self.heading.reads("floor")
         if not read:
             return range(0)
-        first, last = read[1], read[2] or read[1]
+        first = read[1]
+        last = read[2] or first
         return range(int(first), int(last) + 1)
 
     @property
@@ -212,7 +213,8 @@ def _comments(lines: Sequence[Line]) -> Iterator[Line]:
     for is_marked, group in groupby(lines, _is_marked):
         block = list(group)
         stop = start + len(block)
-        above, below = _may_draw(lines[start - 1 : start]), _may_draw(lines[stop:][:1])
+        above = _may_draw(lines[start - 1 : start])
+        below = _may_draw(lines[stop:][:1])
         start = stop
         if not is_marked or not any(_is_comment(line) for line in block):
             continue

@@ -10,7 +10,7 @@ from reference.workshop.maps import MOST_SIGNS, Line, lines_of_plan, parse_map
 from reference.workshop.maps.mistakes import Edit, Mistake, MistakesError
 from reference.workshop.storage.files import refuse_no_file, write_whole
 
-# each mends what the one before uncovered; of floors out of order, one each
+# A round may uncover new mistakes; each floor out of order takes a round of its own.
 MOST_ROUNDS = 60
 
 

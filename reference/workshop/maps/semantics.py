@@ -116,7 +116,7 @@ def _parts(mask: np.ndarray) -> int:
 
 
 def _outer_wall(building: Building, floor: Floor) -> Iterator[Mistake]:
-    """Find floor beside the outside; or a blank between two walls, meant as a third."""
+    """Find room cells that touch the outside, and blanks that are gaps in a wall."""
     signs = _rimmed(building, floor)
     room = is_room(signs)
     outside = signs == " "
@@ -401,8 +401,10 @@ def _gaps(signs: np.ndarray) -> tuple[np.ndarray, dict[tuple[int, int], Any]]:
     Returns the number of each cell's part, and the gap by the numbers of two parts.
     """
     room = np.pad(is_room(signs), 1)
-    above, below = np.roll(room, 1, 0), np.roll(room, -1, 0)
-    left, right = np.roll(room, 1, 1), np.roll(room, -1, 1)
+    above = np.roll(room, 1, 0)
+    below = np.roll(room, -1, 0)
+    left = np.roll(room, 1, 1)
+    right = np.roll(room, -1, 1)
     across = above & below & ~left & ~right
     along = left & right & ~above & ~below
     parts, _ = ndimage.label(room & ~across & ~along)

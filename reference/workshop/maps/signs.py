@@ -116,7 +116,8 @@ def _gaps(here: np.ndarray, wall: np.ndarray, outside: np.ndarray) -> np.ndarray
 
     def between(ends: np.ndarray, sides: np.ndarray, step: int) -> np.ndarray:
         """Whether there are ends before and behind a cell, and sides beside it."""
-        down, right = step, 1 - step
+        down = step
+        right = 1 - step
         ended = ends[row - down, column - right] & ends[row + down, column + right]
         return (
             ended
@@ -162,7 +163,8 @@ def _in_names(board: Board, sign: str, *, is_wall: bool) -> np.ndarray:
         flat[letters.start() : letters.end()] = True
     if is_wall:
         wall = some | np.isin(board.plain, ["#", "+", "E"])
-        above, below = np.roll(wall, 1, 0), np.roll(wall, -1, 0)
+        above = np.roll(wall, 1, 0)
+        below = np.roll(wall, -1, 0)
         kept &= ~(above | below if sign.isdigit() else above & below)
     return kept & some
 

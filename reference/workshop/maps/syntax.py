@@ -405,14 +405,16 @@ def _blanks(page: Page) -> Iterator[Mistake]:
 def _shape(page: Page) -> Iterator[Mistake]:
     """Find rows that are too wide, lost or doubled, or a size that is all wrong."""
     width, height = page.size
-    columns, rows = page.drawn["columns"], page.drawn["rows"]
+    columns = page.drawn["columns"]
+    rows = page.drawn["rows"]
     alike = all(len(floor.rows) == rows for floor in page.floors)
     fits = 0 < columns <= MOST_CELLS and 0 < rows <= MOST_CELLS
     size = page.settings["size"][0]
     resize = [size.typed(_SIZE.format(**page.drawn))] if fits else []
     wide = [row for row in page.rows if len(row.code) > width]
     few = 0 < len(wide) <= max(1, len(page.rows) // 4)
-    if columns != width and alike and rows != height and not few:
+    both_differ = columns != width and rows != height
+    if both_differ and alike and not few:
         yield size.mistake("size", edits=resize, **page.drawn)
         return
 

@@ -126,7 +126,8 @@ def _numbers(lines: Lines) -> Found:
 
 def _common_start(texts: Sequence[str]) -> str:
     """What all texts begin with."""
-    low, high = min(texts, default=""), max(texts, default="")
+    low = min(texts, default="")
+    high = max(texts, default="")
     pairs = zip(low, high, strict=False)
     return low[: sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))]
 

@@ -1,8 +1,8 @@
 """Measure what one decision is worth: branch there, and play each choice to its end.
 
 One robot is sent to a point for some decisions; then the team's own strategy goes on.
-Futures are drawn anew from the present: neither choices nor measurements know what the
-evacuation itself would bring. All choices share them (common random numbers), so that
+Every future has new random numbers, so no choice profits from what this evacuation
+would have drawn. All choices share them (common random numbers), so that
 luck cancels in a difference: TRPO's vine estimates (Schulman et al. 2015).
 
 The best of many looks better than it is.  So three rounds, each in futures of its own:

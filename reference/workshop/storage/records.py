@@ -126,7 +126,7 @@ def rows_of(record: type) -> dict[str, Row]:
 
 
 def check_rows(record: object) -> None:
-    """Raises SettingsError for the first row of a wrong type or out of its range."""
+    """Check all settings of a record. Raises SettingsError for the first wrong one."""
     for name, row in rows_of(type(record)).items():
         value = getattr(record, name)
         check_type(name, value, row.kind)

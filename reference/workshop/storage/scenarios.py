@@ -18,10 +18,11 @@ EXAMPLES = {
     "people_per_floor": "2,0,5: instead, on each floor, lowest first",
     "rooms": "1/hall,1/store: where people start; default: anywhere",
 }
-"""What fields are that are no single numbers."""
+"""Examples of the fields that are lists."""
 
 HINTS = get_type_hints(Scenario)
-KEYS = tuple(name for name in HINTS if name != "training")  # which commands decide
+# each command sets `training` itself
+KEYS = tuple(name for name in HINTS if name != "training")
 
 
 def list_keys() -> str:

@@ -30,8 +30,10 @@ class Guard:
     [D6] No fire starts in a cell where a robot stands. The nearest robot of that floor
     sets off at the last decision that lets it arrive in time; it reckons with decisions
     every DECISION_SECONDS. If none can, or if Eq. 1 would send it elsewhere, all do as
-    `observer`; and so they do for good once another fire shows itself: one that is lit
-    elsewhere though nobody stood in the cell, or beside the one who stood there.
+    `observer`.
+
+    It gives up for good when a fire is lit elsewhere though nobody stood in the cell,
+    or within BESIDE of a cell where somebody stood. It then does as `observer`.
     """
 
     def __init__(self, places: Sequence[Decision] | None = None):
