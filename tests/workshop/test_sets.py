@@ -449,12 +449,12 @@ def test_ways_out_are_measured_to_the_outside(name):
         assert len(guard_points(building, floor)) == (ways.rim_width[floor] > 0).sum()
         for k in range(len(outs)):
             exit_ = ways.wells[floor, k] < 0
-            assert (ways.leads[floor, k] == 0) == exit_
-            chain = np.flatnonzero(ways.burns[:, floor, k])
+            assert (ways.metres_out[floor, k] == 0) == exit_
+            chain = np.flatnonzero(ways.on_way[:, floor, k])
             assert set(chain // nav.floor_size) <= set(range(floor + 1))
             at_exits = np.concatenate([nav.goals[m] for m in building.exits])
             assert np.isin(chain, at_exits).any()
-            assert (ways.near[chain, floor, k] == 1).all()
+            assert (ways.near_way[chain, floor, k] == 1).all()
             assert ways.width[floor, k] > 0
     free = nav.walkable & (building.area.ravel() >= 0) & (ways.well_of < 0)
     assert (ways.outside[free] < FARTHEST).all()

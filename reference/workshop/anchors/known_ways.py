@@ -30,17 +30,17 @@ Ways = dict[int, np.ndarray]  # metres to the outside by each landmark: (places,
 class KnownWays:
     """What robots know of ways out, feet of stairs and rims, in the map's order.
 
-    by_mark  `ways_outside`, without flames
-    outside  (places,) metres from there to the outside, with stairs and lower floors
-    marks    of each floor, the landmarks of each of its ways out
-    wells    (floors, k) index of a way out's stairwell, -1 for exits
-    width    (floors, k) cells of a way out
-    leads    (floors, k) metres from a way out to the outside
-    burns    (places, floors, k) float32, 1 for a place on the way from there
-    near     (places, floors, k) float32, 1 on that way, 0 from SOON metres on foot
-    feet     (floors, k) index of a foot's stairwell
+    by_mark     `ways_outside`, without flames
+    outside     (places,) metres from there to the outside, with stairs and lower floors
+    marks       of each floor, the landmarks of each of its ways out
+    wells       (floors, k) index of a way out's stairwell, -1 for exits
+    width       (floors, k) cells of a way out
+    metres_out  (floors, k) metres from a way out to the outside
+    on_way      (places, floors, k) float32, 1 for a place on the way from there
+    near_way    (places, floors, k) float32, 1 on that way, 0 from SOON metres on foot
+    feet        (floors, k) index of a foot's stairwell
     rim_width, rim_wells  (floors, k) of the way out, or in, that a rim guards
-    well_of  (places,) index of the stairwell, -1 elsewhere
+    well_of     (places,) index of the stairwell, -1 elsewhere
     """
 
     def __init__(self, building: Building):
@@ -56,20 +56,20 @@ class KnownWays:
         self.wells = padded([[way.stairwell for way in here] for here in ways], -1)
         widths = [[self._width(marks) for marks in here] for here in self.marks]
         self.width = padded(widths, 0)
-        leads = [
+        metres = [
             [self._metres_out(by_mark, marks) for marks in here] for here in self.marks
         ]
-        self.leads = padded(leads, 0)
+        self.metres_out = padded(metres, 0)
         chains = [
             [self._chain(by_mark, marks[0]) for marks in here] for here in self.marks
         ]
         shape = navigation_of(building).places, *self.wells.shape
-        self.burns = np.zeros(shape, dtype=np.float32)
-        self.near = np.zeros(shape, dtype=np.float32)
+        self.on_way = np.zeros(shape, dtype=np.float32)
+        self.near_way = np.zeros(shape, dtype=np.float32)
         for floor, here in enumerate(chains):
             for k, chain in enumerate(here):
-                self.burns[chain, floor, k] = 1
-                self.near[:, floor, k] = self._nearness_to(chain)
+                self.on_way[chain, floor, k] = 1
+                self.near_way[:, floor, k] = self._nearness_to(chain)
 
         # feet of stairs and rims
         self.feet = padded([stairs_that_end(building, floor) for floor in floors], -1)

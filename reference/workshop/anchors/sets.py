@@ -306,9 +306,9 @@ class SetView(RobotView):
         outs[..., EXIT] = wells < 0
         outs[..., STAIRS] = wells >= 0
         outs[..., WIDTH] = ways.width[floor] / WIDE
-        outs[..., LEADS] = ways.leads[floor] / AWAY
-        outs[..., BURNS] = self._burn_on(ways.burns)
-        outs[..., BURNS_NEAR] = self._burn_on(ways.near)
+        outs[..., LEADS] = ways.metres_out[floor] / AWAY
+        outs[..., BURNS] = self._burn_on(ways.on_way)
+        outs[..., BURNS_NEAR] = self._burn_on(ways.near_way)
 
         # feet of stairs
         of_feet[..., STAIRS] = 1
