@@ -248,7 +248,7 @@ def limits() -> dict[str, Limits]:
     }
 
 
-class Asked(NamedTuple):
+class Expected(NamedTuple):
     """What an object is known by, and an example of one."""
 
     attribute: str
@@ -256,17 +256,17 @@ class Asked(NamedTuple):
 
 
 OBJECTS = {
-    "building": Asked("landmarks", "load({!r:.60})"),
-    "scenario": Asked("start_counts", "Scenario(people=12)"),
-    "robots": Asked("decide", "Sweep() of reference.workshop.strategies.guides"),
-    "fire": Asked("decide", "RandomFire() of reference.fire"),
-    "world": Asked("bodies", "the `world` of a simulation"),
+    "building": Expected("landmarks", "load({!r:.60})"),
+    "scenario": Expected("start_counts", "Scenario(people=12)"),
+    "robots": Expected("decide", "Sweep() of reference.workshop.strategies.guides"),
+    "fire": Expected("decide", "RandomFire() of reference.fire"),
+    "world": Expected("bodies", "the `world` of a simulation"),
 }
 DECIDES = {"robots": ("world", "robots", "rng"), "fire": ("world", "rng")}
 """What each side is given to decide."""
 
 
-def refuse_no_objects(
+def check_objects(
     building: Any, scenario: Any, robots: Any, fire: Any, world: Any = None
 ) -> None:
     """Raise InputError where an argument is not what its name says.
@@ -275,16 +275,16 @@ def refuse_no_objects(
     must decide what its side is asked.
     """
     given = (building, scenario, robots, fire, world)
-    for (name, asked), value in zip(OBJECTS.items(), given, strict=True):
+    for (name, expected), value in zip(OBJECTS.items(), given, strict=True):
         if isinstance(value, type):
             how = f"{value.__name__}()"
             raise InputError(f"{name} is the class: give an object, {how}")
         missing = value is None and name != "building"
-        if not missing and not hasattr(value, asked.attribute):
-            how = asked.example.format(value if isinstance(value, str) else "paper")
+        if not missing and not hasattr(value, expected.attribute):
+            how = expected.example.format(value if isinstance(value, str) else "paper")
             raise InputError(f"{name} is {value!r:.60}: give an object, such as {how}")
         if not missing and name in DECIDES:
-            refuse_no_player(value, name)
+            check_player(value, name)
     if world is not None and world.building.drawing != building.drawing:
         raise InputError(
             f"the world is of {world.building.title!r}, the building is "
@@ -292,7 +292,7 @@ def refuse_no_objects(
         )
 
 
-def refuse_no_player(player: Any, side: str, where: str = "") -> None:
+def check_player(player: Any, side: str, where: str = "") -> None:
     """Raise InputError for who has no `decide` that takes what its side is given.
 
     where: begins the message
@@ -307,13 +307,13 @@ def refuse_no_player(player: Any, side: str, where: str = "") -> None:
         raise InputError(f"{needs}: nobody awaits it, so write no `async`.")
 
 
-def refuse_no_seed(seed: Any) -> None:
+def check_seed(seed: Any) -> None:
     """Raise InputError for what is no whole number of 0 or more."""
     if isinstance(seed, bool) or not isinstance(seed, Integral) or seed < 0:
         raise InputError(f"seed is {seed!r:.60}: it must be a whole number, 0 or more")
 
 
-def refuse_beyond(name: str, value: Any, limit: Limits, whole: bool) -> None:
+def check_number(name: str, value: Any, limit: Limits, whole: bool) -> None:
     """Raise InputError unless a value is a number within limits.
 
     name: of the value;  whole: it must be a whole number
@@ -358,25 +358,25 @@ class Scenario:
         for name, value in vars(self).items():
             if hasattr(value, "tolist"):  # numpy's; its small integers overflow
                 object.__setattr__(self, name, value.tolist())
-        self._refuse_numbers()
-        self._refuse_lists()
+        self._check_numbers()
+        self._check_lists()
         object.__setattr__(self, "rooms", tuple(self.rooms))
         if self.people_per_floor is not None:
             counts = tuple(map(int, self.people_per_floor))
             object.__setattr__(self, "people_per_floor", counts)
-        self._refuse_two_counts()
+        self._check_counts()
         self._round_to_ticks()
 
-    def _refuse_numbers(self) -> None:
+    def _check_numbers(self) -> None:
         limit_of = limits()
         for row in fields(self):
             if row.name in limit_of:
                 value = getattr(self, row.name)
-                refuse_beyond(row.name, value, limit_of[row.name], row.type is int)
+                check_number(row.name, value, limit_of[row.name], row.type is int)
         if not isinstance(self.training, bool):
             raise InputError(f"training is {self.training!r:.60}: give True or False")
 
-    def _refuse_lists(self) -> None:
+    def _check_lists(self) -> None:
         for name in ("rooms", "people_per_floor"):
             value = getattr(self, name)
             missing = value is None and name == "people_per_floor"
@@ -390,9 +390,9 @@ class Scenario:
                     f"one of rooms is {room!r:.60}: it must be an id, such as '1/hall'"
                 )
         for count in self.people_per_floor or ():
-            refuse_beyond("one of people_per_floor", count, limits()["people"], True)
+            check_number("one of people_per_floor", count, limits()["people"], True)
 
-    def _refuse_two_counts(self) -> None:
+    def _check_counts(self) -> None:
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
         if self.people_per_floor is not None:

@@ -23,7 +23,7 @@ from reference.beginning import generators, starting_world
 from reference.building import Building, Kind
 from reference.fire import FireStrategy, NoFire, SourceGenerator, Spread, cells_beside
 from reference.navigation import navigation_of
-from reference.paper import InputError, Scenario, refuse_no_objects, refuse_no_seed
+from reference.paper import InputError, Scenario, check_objects, check_seed
 from reference.rays import sight_of
 from reference.rewards import group_reward
 from reference.robots import Destinations, NoRobots, RobotAlgorithm, RobotStrategy
@@ -87,8 +87,8 @@ class Simulation:
         building, for a seed that is no whole number of 0 or more, and for more people
         than fit.
         """
-        refuse_no_objects(building, scenario, robots, fire, world)
-        refuse_no_seed(seed)
+        check_objects(building, scenario, robots, fire, world)
+        check_seed(seed)
         self.building = building
         self.scenario = scenario or Scenario()
         self.navigation = navigation_of(building)

@@ -18,7 +18,7 @@ import numpy as np
 from reference.building import Building
 from reference.fire import Decision, FireStrategy
 from reference.game import observations
-from reference.paper import InputError, Scenario, refuse_no_objects, refuse_no_seed
+from reference.paper import InputError, Scenario, check_objects, check_seed
 from reference.rewards import fire_reward, group_reward
 from reference.robots import Destination, Destinations, RobotStrategy
 from reference.simulation import Simulation
@@ -127,7 +127,7 @@ class Environment:
 
         Raises InputError as `Simulation` does, and if there is nobody to act.
         """
-        refuse_no_objects(building, scenario, robots, fire)
+        check_objects(building, scenario, robots, fire)
         self.building = building
         self.scenario = scenario or Scenario()
         self.layout = observations.vector_layout(building, self.scenario)
@@ -166,7 +166,7 @@ class Environment:
         if seed is None:
             seed = int(self._seeds.integers(2**32))
         else:
-            refuse_no_seed(seed)
+            check_seed(seed)
             self._seeds = np.random.default_rng(seed)
         self._begin(seed)
         self.agents = self.possible_agents.copy()

@@ -67,7 +67,7 @@ from reference.game.environment import (
     Observations,
     StepResult,
 )
-from reference.paper import Scenario, refuse_no_seed
+from reference.paper import Scenario, check_seed
 from reference.robots import RobotStrategy
 from reference.workshop.comparing.named import strategy_of
 from reference.workshop.drawing.evacuation import Scene, tally
@@ -153,7 +153,7 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         Raises ValueError for what is no seed.
         """
         if seed is not None:
-            refuse_no_seed(seed)
+            check_seed(seed)
             seed = int(seed)
         elif not self._begun:  # drawn as late as this, so that copies differ
             seed = randbits(32)

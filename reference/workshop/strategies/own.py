@@ -45,7 +45,7 @@ import reference
 from reference import paper
 from reference.building import Building
 from reference.learning.settings import Side
-from reference.paper import InputError, Scenario, refuse_no_player
+from reference.paper import InputError, Scenario, check_player
 from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import digests_of_code
@@ -105,7 +105,7 @@ def from_code(word: str, side: Side) -> Any:
         raise InputError(f"{word}: {_file_of(word)} has no '{name}'.{close}")
     with _own_code(word, "it"):
         made = _made(named, word)
-        refuse_no_player(made, side, f"{word}: ")
+        check_player(made, side, f"{word}: ")
     kind = CheckedPolicy if isinstance(made, Trained) else CheckedStrategy
     checked = kind(made, word, side)
     deepcopy(checked)  # refused now, not at the end of a run
