@@ -8,7 +8,7 @@ import pytest
 
 from reference.workshop.annotated.index import code_of, kinds_of, marked_with
 from reference.workshop.annotated.words import CLAUSES, TITLES, keys_named_in
-from reference.workshop.storage.records import did_you_mean
+from reference.workshop.storage.words import did_you_mean
 
 WIDTH = 80
 INDENT = 10

@@ -9,13 +9,14 @@ from hypothesis import strategies as some
 from refusals import refusal
 
 from reference.workshop.comparing.design import read_experiment
-from reference.workshop.storage.records import SettingsError, did_you_mean
+from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.settings import (
     LARGEST_SETTINGS,
     number_or_word,
     read_toml_file,
     read_yaml_file,
 )
+from reference.workshop.storage.words import did_you_mean
 
 READERS = {"yaml": read_yaml_file, "toml": read_toml_file}
 

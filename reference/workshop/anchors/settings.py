@@ -48,9 +48,9 @@ from reference.workshop.anchors.shapes import SetSizes
 from reference.workshop.engine import quick_searches
 from reference.workshop.storage.records import (
     ABOVE_0,
-    Row,
+    Allowed,
     SettingsError,
-    check_rows,
+    check_values,
 )
 from reference.workshop.strategies.fires import places_beside
 from reference.world import Flames
@@ -61,8 +61,8 @@ HYPER = ("hyperparameters",)
 NETWORK = ("network_settings",)
 REWARD = ("reward_signals", "extrinsic")
 
-Share = Annotated[float, Row(HYPER, low=0, high=1)]
-Schedule = Annotated[str, Row(HYPER, ("linear", "constant"))]
+Share = Annotated[float, Allowed(HYPER, low=0, high=1)]
+Schedule = Annotated[str, Allowed(HYPER, ("linear", "constant"))]
 
 
 @dataclass(frozen=True)
@@ -83,32 +83,32 @@ class SideSettings(TrainerSettings):
     masks       a mixture may not choose anchors that help nobody, see `frame`
     """
 
-    trainer_type: Annotated[str, Row((), ("poca", "ppo"))]
-    batch_size: Annotated[int, Row(HYPER)]
-    buffer_size: Annotated[int, Row(HYPER)]
-    learning_rate: Annotated[float, Row(HYPER, low=ABOVE_0, high=1)]
+    trainer_type: Annotated[str, Allowed((), ("poca", "ppo"))]
+    batch_size: Annotated[int, Allowed(HYPER)]
+    buffer_size: Annotated[int, Allowed(HYPER)]
+    learning_rate: Annotated[float, Allowed(HYPER, low=ABOVE_0, high=1)]
     learning_rate_schedule: Schedule
     beta: Share
     beta_schedule: Schedule
-    epsilon: Annotated[float, Row(HYPER, low=ABOVE_0, high=1)]
+    epsilon: Annotated[float, Allowed(HYPER, low=ABOVE_0, high=1)]
     epsilon_schedule: Schedule
     lambd: Share
-    num_epoch: Annotated[int, Row(HYPER)]
-    vis_encode_type: Annotated[str, Row(NETWORK, ("simple",))]
-    normalize: Annotated[bool, Row(NETWORK)]
-    hidden_units: Annotated[int, Row(NETWORK, high=2**13)]
-    num_layers: Annotated[int, Row(NETWORK, high=2**5)]
-    gamma: Annotated[float, Row(REWARD, low=0, high=1)]
-    strength: Annotated[float, Row(REWARD, low=0)]
-    reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
+    num_epoch: Annotated[int, Allowed(HYPER)]
+    vis_encode_type: Annotated[str, Allowed(NETWORK, ("simple",))]
+    normalize: Annotated[bool, Allowed(NETWORK)]
+    hidden_units: Annotated[int, Allowed(NETWORK, high=2**13)]
+    num_layers: Annotated[int, Allowed(NETWORK, high=2**5)]
+    gamma: Annotated[float, Allowed(REWARD, low=0, high=1)]
+    strength: Annotated[float, Allowed(REWARD, low=0)]
+    reward_scale: Annotated[float, Allowed(None, low=ABOVE_0)] = REWARD_SCALE
 
-    head: Annotated[str, Row(None, ("floor", "mixture", "set"))] = "floor"
-    spread: Annotated[float, Row(None, low=0.01)] = 0.4
-    commitment: Annotated[float, Row(None, low=0)] = 0.0
-    masks: Annotated[bool, Row(None)] = False
+    head: Annotated[str, Allowed(None, ("floor", "mixture", "set"))] = "floor"
+    spread: Annotated[float, Allowed(None, low=0.01)] = 0.4
+    commitment: Annotated[float, Allowed(None, low=0)] = 0.0
+    masks: Annotated[bool, Allowed(None)] = False
 
     def __post_init__(self) -> None:
-        check_rows(self)
+        check_values(self)
         if self.buffer_size < self.batch_size:
             raise SettingsError(
                 f"buffer_size {self.buffer_size} is less than batch_size "

@@ -22,9 +22,9 @@ from reference.workshop.comparing.matches import Arena, Evaluation
 from reference.workshop.comparing.results import Baseline, Cell
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.storage.files import write_json
-from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.storage.scenarios import kept_fields, list_keys
+from reference.workshop.storage.words import did_you_mean
 
 CROSSED = "each plays against all of --{}; default: {}"
 Met = TypeVar("Met", Cell, RunResult)

@@ -18,7 +18,7 @@ from reference.workshop.commands.common import (
 )
 from reference.workshop.comparing.named import PLAYER_NAMES, WORST
 from reference.workshop.storage.files import refuse_unwritable
-from reference.workshop.storage.records import rows_of
+from reference.workshop.storage.records import allowed_values
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.storage.scenarios import list_keys
 from reference.workshop.storage.workers import import_early
@@ -32,7 +32,7 @@ ROBOT_NAMES, FIRE_NAMES = (
     [name for name in PLAYER_NAMES[side] if name not in (WORST, CODE)] for side in SIDES
 )
 """Who can play the side that does not learn."""
-SETTING_ROWS = rows_of(SideSettings)
+SETTING_ROWS = allowed_values(SideSettings)
 JOBS_NEED = ("reference.workshop.training.loop", "reference.workshop.engine.going")
 """What is slow to load in a worker: torch and numba."""
 LEARN_ON = "to learn on, take --initialize-from {out} into another folder"

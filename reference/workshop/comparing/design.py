@@ -38,14 +38,14 @@ from reference.workshop.comparing.named import WORST, strategy_of
 from reference.workshop.maps import load, plan_of
 from reference.workshop.storage.files import errors_naming
 from reference.workshop.storage.records import (
-    Row,
+    Allowed,
     SettingsError,
-    check_rows,
+    check_values,
     checked_mapping,
     record_from,
-    unknown_name,
 )
 from reference.workshop.storage.settings import read_toml_file
+from reference.workshop.storage.words import unknown_name
 from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
 from reference.workshop.strategies.own import is_code
 from reference.workshop.strategies.trained import refuse_other_counts
@@ -72,11 +72,11 @@ class Test:
 
     fires: tuple[str, ...] = ("random",)
     robots: tuple[str, ...] = ()
-    seed: Annotated[int, Row(low=0)] = 5000
+    seed: Annotated[int, Allowed(low=0)] = 5000
     episodes: int = DEFAULT_EPISODES
 
     def __post_init__(self) -> None:
-        check_rows(self)
+        check_values(self)
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Experiment:
     test: Test = field(default_factory=Test)
 
     def __post_init__(self) -> None:
-        check_rows(self)
+        check_values(self)
         if not self.arms or min(self.seeds, default=-1) < 0:
             raise SettingsError("name at least one arm and one seed, from 0 upwards")
         _refuse_twice("seeds", self.seeds)

@@ -14,8 +14,8 @@ from reference.paper import InputError, Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.storage.files import refuse_no_file
-from reference.workshop.storage.records import did_you_mean, first_line
 from reference.workshop.storage.runs import digest_of
+from reference.workshop.storage.words import did_you_mean, first_line
 from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SCRIPTS, SHIPPED
 from reference.workshop.strategies.own import (
     CODE,

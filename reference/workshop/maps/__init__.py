@@ -29,7 +29,7 @@ from reference.workshop.maps import semantics, syntax
 from reference.workshop.maps.mistakes import MOST_MISTAKES, Mistake, MistakesError
 from reference.workshop.maps.pages import MOST_LINES, MOST_SIGNS, Line, Page
 from reference.workshop.storage.files import open_to_read
-from reference.workshop.storage.records import did_you_mean
+from reference.workshop.storage.words import did_you_mean
 
 FIRST_OF_DRAWN = 10  # the number of the first stage that checks what is drawn
 FINE = (99, 0)  # beyond all stages

@@ -1,19 +1,19 @@
 """Build records from plain data (JSON, YAML, checkpoints), checked by their types.
 
 A training's settings are such records [E1] [E2].  `files` reads the data.
-A record's fields are its rows; a `Row` says which values one may have.
+A record's fields are its rows; `Allowed` says which values one may have.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import is_dataclass
-from difflib import get_close_matches
-from inspect import getdoc, signature
+from inspect import signature
 from types import NoneType
 from typing import Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 from reference.paper import InputError, Scenario, limits
 from reference.workshop.storage.files import LARGEST_NUMBER
+from reference.workshop.storage.words import unknown_name
 
 RecordType = TypeVar("RecordType")
 
@@ -87,17 +87,12 @@ def checked_mapping(value: Any, where: str) -> dict[str, Any]:
     return {str(key): row for key, row in (value or {}).items()}
 
 
-# similarities from 0 to 1, from which a name may be the one that is meant
-ALIKE = 0.65
-LESS_ALIKE = 0.5  # if both begin with the same three letters
-
-
-# -- Rows ---------------------------------------------------------------------------
+# -- Values -------------------------------------------------------------------------
 
 ABOVE_0 = math.ulp(0.0)  # the smallest number above 0
 
 
-class Row(NamedTuple):
+class Allowed(NamedTuple):
     """Allowed values of a setting: one of the choices, or a number from low to high."""
 
     section: tuple[str, ...] | None = ()  # in ML-Agents' files; (): top; None: ours
@@ -115,27 +110,27 @@ TYPE_WORDS = {
 }
 
 
-def rows_of(record: type) -> dict[str, Row]:
-    """The rows of a dataclass by name; a field without a `Row` has the defaults."""
+def allowed_values(record: type) -> dict[str, Allowed]:
+    """Find the allowed values of a dataclass's fields; the default is `Allowed()`."""
     kinds = get_type_hints(record)
-    rows = {}
+    found = {}
     for name, hint in get_type_hints(record, include_extras=True).items():
-        (row,) = getattr(hint, "__metadata__", (Row(),))
-        rows[name] = row._replace(kind=kinds[name])
-    return rows
+        (allowed,) = getattr(hint, "__metadata__", (Allowed(),))
+        found[name] = allowed._replace(kind=kinds[name])
+    return found
 
 
-def check_rows(record: object) -> None:
+def check_values(record: object) -> None:
     """Check all settings of a record. Raises SettingsError for the first wrong one."""
-    for name, row in rows_of(type(record)).items():
+    for name, allowed in allowed_values(type(record)).items():
         value = getattr(record, name)
-        check_type(name, value, row.kind)
-        if row.choices and value not in row.choices:
-            raise SettingsError(f"{name} {unknown_name(value, row.choices)}")
-        if row.kind in (int, float) and not row.low <= value <= row.high:
-            start = "above 0" if row.low == ABOVE_0 else f"from {row.low}"
-            end = "upwards" if row.high == math.inf else f"up to {row.high}"
-            must = f"it must be {TYPE_WORDS[row.kind]} {start} {end}"
+        check_type(name, value, allowed.kind)
+        if allowed.choices and value not in allowed.choices:
+            raise SettingsError(f"{name} {unknown_name(value, allowed.choices)}")
+        if allowed.kind in (int, float) and not allowed.low <= value <= allowed.high:
+            start = "above 0" if allowed.low == ABOVE_0 else f"from {allowed.low}"
+            end = "upwards" if allowed.high == math.inf else f"up to {allowed.high}"
+            must = f"it must be {TYPE_WORDS[allowed.kind]} {start} {end}"
             raise SettingsError(f"{name} is {value}: {must}")
 
 
@@ -153,39 +148,3 @@ def check_type(name: str, value: object, kind: Any) -> None:
         if fits and not odd and value == value:  # too large; nan differs from itself
             words += f" up to {LARGEST_NUMBER:g}"
         raise SettingsError(f"{name} is {value!r:.60}: it must be {words}")
-
-
-def unknown_name(name: object, known: Iterable[str]) -> str:
-    """Say that a name is none of the known ones, and which may be meant."""
-    known = tuple(known)
-    near = did_you_mean(name, known)
-    return f"'{name!s:.60}' is unknown.{near} There is: {some_of(known, 40)}"
-
-
-def some_of(names: Iterable[object], most: int = 10, between: str = ", ") -> str:
-    """List names, the first few of many with a count of the others."""
-    listed = [f"{name!s:.60}" for name in names]
-    more = len(listed) - most
-    told = f"{between}and {more:,} more" if more > 0 else ""
-    return between.join(listed[:most]) + told
-
-
-def first_line(thing: object) -> str:
-    """The first line of a docstring: what a thing does."""
-    return (getdoc(thing) or "").partition("\n")[0]
-
-
-def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """Suggest the closest known name in a question; empty where none is alike.
-
-    Of names with points, such as hyperparameters.beta, the last words are compared: a
-    section that both have would make any two alike.
-    """
-    words = {place.rpartition(".")[2]: place for place in known}
-    word = f"{name!s:.60}".lower().rpartition(".")[2]
-    close = get_close_matches(word, list(words), 1, cutoff=ALIKE) or [
-        near
-        for near in get_close_matches(word, list(words), 3, cutoff=LESS_ALIKE)
-        if near[:3] == word[:3]
-    ]
-    return f" Did you mean '{words[close[0]]}'?" if close else ""

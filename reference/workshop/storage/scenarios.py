@@ -9,10 +9,10 @@ from reference.workshop.storage.files import LARGEST_NUMBER
 from reference.workshop.storage.records import (
     SettingsError,
     record_from,
-    unknown_name,
     whole_if_wanted,
 )
 from reference.workshop.storage.settings import number_or_word
+from reference.workshop.storage.words import unknown_name
 
 EXAMPLES = {
     "people_per_floor": "2,0,5: instead, on each floor, lowest first",

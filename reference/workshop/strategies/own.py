@@ -47,8 +47,8 @@ from reference.building import Building
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario, check_player
 from reference.workshop.storage.numbers import paper_numbers
-from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import digests_of_code
+from reference.workshop.storage.words import did_you_mean
 from reference.workshop.storage.workers import is_being_stopped
 from reference.workshop.strategies.trained import Trained
 from reference.workshop.strategies.untouched import untouched

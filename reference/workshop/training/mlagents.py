@@ -3,7 +3,7 @@
 Its keys are the rows of the tables [E1] [E2].
 
     behaviors:
-      Robot:                  one table: its rows lie in the sections that `Row` names
+      Robot:                  one table; `Allowed` names the section of each row
         trainer_type: poca
         hyperparameters: {batch_size: 1024, ...}
       Fire: ...
@@ -33,12 +33,7 @@ from typing import Any, NamedTuple
 
 from reference.learning.settings import Side
 from reference.workshop.anchors.settings import SideSettings
-from reference.workshop.storage.records import (
-    SettingsError,
-    did_you_mean,
-    rows_of,
-    some_of,
-)
+from reference.workshop.storage.records import SettingsError, allowed_values
 from reference.workshop.storage.settings import (
     Section,
     checked_section,
@@ -46,11 +41,12 @@ from reference.workshop.storage.settings import (
     settings_errors_naming,
     twice,
 )
+from reference.workshop.storage.words import did_you_mean, some_of
 from reference.workshop.training.presets import Settings, with_rows
 
 PLACES = {
     ".".join((*row.section, name)): name
-    for name, row in rows_of(SideSettings).items()
+    for name, row in allowed_values(SideSettings).items()
     if row.section is not None
 }
 """Rows of the tables by where ML-Agents keeps them, as in hyperparameters.beta."""

@@ -12,14 +12,14 @@ from reference import paper
 from reference.paper import Scenario
 from reference.workshop.anchors.settings import SideSettings
 from reference.workshop.storage.records import (
-    Row,
+    Allowed,
     SettingsError,
-    check_rows,
+    check_values,
     checked_mapping,
     record_from,
-    unknown_name,
 )
 from reference.workshop.storage.scenarios import with_stated
+from reference.workshop.storage.words import unknown_name
 from reference.workshop.strategies import FIRES
 
 PRESET_ROWS = tomllib.loads(Path(__file__).with_name("presets.toml").read_text("utf-8"))
@@ -59,20 +59,20 @@ class Settings:
     robots: SideSettings
     fire: SideSettings
     scenario: Scenario
-    episodes_per_job: Annotated[int, Row(high=paper.MOST)]
-    jobs_per_round: Annotated[int, Row(high=paper.MOST)]
-    random_fires: Annotated[float, Row(low=0, high=1)] = 0.0
+    episodes_per_job: Annotated[int, Allowed(high=paper.MOST)]
+    jobs_per_round: Annotated[int, Allowed(high=paper.MOST)]
+    random_fires: Annotated[float, Allowed(low=0, high=1)] = 0.0
     stand_ins: tuple[str, ...] = ("random",)
-    league: Annotated[float, Row(low=0, high=1)] = 0.0
-    calm: Annotated[float, Row(low=0, high=1)] = 0.0
-    imitation_rounds: Annotated[int, Row(high=paper.MOST)] = 4
-    imitation_episodes: Annotated[int, Row(high=paper.MOST)] = 240
-    imitation_epochs: Annotated[int, Row(high=paper.MOST)] = 10
-    critic_rounds: Annotated[int, Row(low=0, high=paper.MOST)] = 6
-    threads: Annotated[int, Row(high=64)] = 1
+    league: Annotated[float, Allowed(low=0, high=1)] = 0.0
+    calm: Annotated[float, Allowed(low=0, high=1)] = 0.0
+    imitation_rounds: Annotated[int, Allowed(high=paper.MOST)] = 4
+    imitation_episodes: Annotated[int, Allowed(high=paper.MOST)] = 240
+    imitation_epochs: Annotated[int, Allowed(high=paper.MOST)] = 10
+    critic_rounds: Annotated[int, Allowed(low=0, high=paper.MOST)] = 6
+    threads: Annotated[int, Allowed(high=64)] = 1
 
     def __post_init__(self) -> None:
-        check_rows(self)
+        check_values(self)
         if self.fire.trainer_type != "ppo":
             raise SettingsError("fire: trainer_type must be ppo: one fire is no group")
         # Refused rather than ignored: somebody would wait for an effect.
