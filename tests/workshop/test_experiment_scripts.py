@@ -1,5 +1,6 @@
 """Scripts beside `experiment` play what they say, and tell what they found."""
 
+from importlib import import_module
 from pathlib import Path
 from subprocess import PIPE
 
@@ -8,10 +9,12 @@ from conftest import ROOT
 from processes import python
 
 from reference.__main__ import main
+from reference.workshop.comparing.design import read_experiment
+from reference.workshop.storage.files import read_json
 
 SCRIPTS = ROOT / "tutorials" / "experiments"
 
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("in_an_empty_folder")]
+pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
 
 
 def told(script, *options):
@@ -23,6 +26,14 @@ def told(script, *options):
     return out.splitlines()
 
 
+@pytest.fixture
+def script(monkeypatch):
+    """Imports a script by its name."""
+    monkeypatch.syspath_prepend(SCRIPTS)
+    return import_module
+
+
+@pytest.mark.slow
 def test_every_age_of_a_training_meets_every_fire(tmp_path):
     """The fire of its own age, too; guides meet the fires of rules alone."""
     main(["train", "--preset", "tiny", "--workers", "0", "--out", "out"])
@@ -39,6 +50,7 @@ def test_every_age_of_a_training_meets_every_fire(tmp_path):
     assert (tmp_path / "out" / "tenths" / "tenths.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_every_training_and_the_guide_have_a_best_response(tmp_path):
     """As many for the guide as an arm has trainings."""
     file = str(SCRIPTS / "tiny.toml")
@@ -51,10 +63,11 @@ def test_every_training_and_the_guide_have_a_best_response(tmp_path):
         ["learning", "2"],
         ["escort", "2"],
     ]
-    made = tmp_path / "out" / "best_responses"
+    made = tmp_path / "out" / "best_responses" / "12"
     assert len([*made.glob("*/checkpoint-*.pt")]) >= 6
 
 
+@pytest.mark.slow
 def test_a_guard_moves_closer_to_another_cell(tmp_path):
     """Where `closer` burns by itself nothing changes; its watches are told apart."""
     asked = ("--episodes", "2", "--picture", "cells.png")
@@ -67,6 +80,7 @@ def test_a_guard_moves_closer_to_another_cell(tmp_path):
     assert (tmp_path / file).stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_parts_of_the_noise_make_the_whole(tmp_path):
     """In per cent of the variance, under each fire."""
     asked = ("learned", "--fire", "busiest", "random", "--decisions", "2")
@@ -77,6 +91,7 @@ def test_parts_of_the_noise_make_the_whole(tmp_path):
     assert len(shares) == 8 and sum(shares) == pytest.approx(100, abs=0.5)
 
 
+@pytest.mark.slow
 def test_robots_that_search_are_played_beside_their_own_team():
     """Once: what is in the table is told, not played again."""
     asked = ("search.csv", "--building", "tiny", "--base", "observer")
@@ -89,6 +104,7 @@ def test_robots_that_search_are_played_beside_their_own_team():
     assert table.read_bytes() == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "status", "message"),
     [
@@ -106,3 +122,46 @@ def test_a_script_tells_a_mistake_in_a_line(command, status, message):
     _, err = process.communicate(timeout=60)
     assert (process.returncode, message in err) == (status, True)
     assert "Traceback" not in err
+
+
+# -- In this process ----------------------------------------------------------------
+
+
+def test_buildings_are_counted_for_each_number_of_decisions_apart(script, monkeypatch):
+    """What five decisions have taught is not told of seven."""
+    counting = script("how_many_buildings")
+    trained = []
+
+    def note(folder, begin, workers_of_it):
+        trained.append(folder)
+
+    def lacks_one(*asked):
+        return dict.fromkeys(counting.FIRES, 1.0)
+
+    monkeypatch.setattr(counting, "finish_training", note)
+    monkeypatch.setattr(counting, "less_than_guide", lacks_one)
+    monkeypatch.setattr(counting, "PLACES", 1)
+    for decisions in ("5", "7"):
+        asked = ["", "--numbers", "1", "--seeds", "0", "--workers", "0"]
+        monkeypatch.setattr("sys.argv", [*asked, "--decisions", decisions])
+        counting.main()
+    tables = [Path("out/how_many", decisions) for decisions in ("5", "7")]
+    assert trained == [table / "1-0" for table in tables]
+    found = [read_json(table / "how_many.json")["trainings"] for table in tables]
+    assert [[row["decisions"] for row in rows] for rows in found] == [[5], [7]]
+
+
+def test_best_responses_of_other_lengths_are_others(script, monkeypatch):
+    """A fire of five decisions is not taken for one of seven."""
+    best = script("best_responses")
+    trained = []
+
+    def note(folder, begin, workers_of_it):
+        trained.append(folder)
+
+    monkeypatch.setattr(best, "finish_training", note)
+    experiment = read_experiment(SCRIPTS / "tiny.toml")
+    for decisions in (5, 7):
+        made = [*best.responses(experiment, Path("out"), decisions, 0)]
+        assert [fire for _, _, fire in made] == trained[-2:]
+    assert len(set(trained)) == 4

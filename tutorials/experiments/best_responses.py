@@ -6,8 +6,9 @@
 A best response begins from nothing and learns against robots that learn no more, for
 as many decisions as the least that is asked of a fire in a league, 20,000.  One is
 made for each finished training, and for `escort`; then robots meet the one made for
-them, on the seeds of the experiment's tests.  Whatever is finished is kept; the same
-command goes on.  A training takes some four minutes of a core.
+them, on the seeds of the experiment's tests.  Whatever is finished is kept, each
+number of decisions apart; the same command goes on.  A training takes some four minutes
+of a core.
 """
 
 import sys
@@ -37,11 +38,12 @@ SETTINGS = """reference:
 """
 
 
-def responses(experiment, folder, out, decisions, workers_of_it):
+def responses(experiment, folder, decisions, workers_of_it):
     """Make a fire for each training; yield its name, its robots and the fire's folder.
 
     The guide has one of each seed, as an arm has trainings.
     """
+    out = folder / "best_responses" / str(decisions)
     make_folder(out)
     settings = out / "settings.yaml"
     settings.write_text(SETTINGS.format(decisions=decisions), encoding="utf-8")
@@ -71,8 +73,7 @@ def main():
 
     experiment = read_experiment(asked.file)
     test = experiment.test
-    out = asked.folder / "best_responses"
-    made = responses(experiment, asked.folder, out, asked.decisions, asked.workers)
+    made = responses(experiment, asked.folder, asked.decisions, asked.workers)
     survival = {}
     for name, robots, fire in made:
         evaluation = begin_evaluation(

@@ -6,8 +6,8 @@
 Trainings of preset `any` in 1, 10, 100 and 1,000 generated buildings: each copies
 `escort`, then makes as many decisions under scripted fires.  Afterwards they play in
 buildings of their own training and in others, where `escort` plays, too.  The gap
-between both is what they have learned by heart.  Whatever is finished is kept; the same
-command goes on.  With 500,000 decisions it takes hours.
+between both is what they have learned by heart.  Whatever is finished is kept, each
+number of decisions apart; the same command goes on.  With 500,000 it takes hours.
 """
 
 import signal
@@ -25,7 +25,7 @@ from reference.workshop.commands.options import whole
 from reference.workshop.comparing.results import align_columns
 from reference.workshop.drawing import save
 from reference.workshop.drawing.page import BLUE
-from reference.workshop.storage.files import make_folder, read_json, write_json
+from reference.workshop.storage.files import make_folder, write_json
 from reference.workshop.storage.workers import workers
 from reference.workshop.training.families import Family, plan_in
 
@@ -133,29 +133,27 @@ def main():
     add("--episodes", type=whole(1), default=10, help="in each building; 10")
     add("--out", type=Path, default=Path("out/how_many"), help="out/how_many")
     add("--workers", type=whole(0), default=2, help="processes; 0: this one; 2")
-    add("--picture", type=Path, help="DIR/buildings.png")
+    add("--picture", type=Path, help="OUT/DECISIONS/buildings.png")
     asked = parser.parse_args()
 
-    make_folder(asked.out)
-    table = asked.out / "how_many.json"
-    found = read_json(table)["trainings"] if table.exists() else []
-    there = [*generated_places(asked.out / "held_out", PLACES, HELD_OUT)]
+    out = asked.out / str(asked.decisions)
+    make_folder(out)
+    found = []
+    there = [*generated_places(out / "held_out", PLACES, HELD_OUT)]
     for seed in asked.seeds:
         for number in asked.numbers:
-            if any((row["buildings"], row["seed"]) == (number, seed) for row in found):
-                continue
-            made = train(asked.out, number, seed, asked.decisions, asked.workers)
-            own = [*own_places(asked.out / f"own-{number}-{seed}", number, seed)]
+            made = train(out, number, seed, asked.decisions, asked.workers)
+            own = [*own_places(out / f"own-{number}-{seed}", number, seed)]
             row = {"buildings": number, "seed": seed, "decisions": asked.decisions}
             with workers(asked.workers) as executor:
                 for kind, places in {"own": own, "held out": there}.items():
-                    folder = asked.out / f"{number}-{seed}-{kind.split()[0]}"
+                    folder = out / f"{number}-{seed}-{kind.split()[0]}"
                     make_folder(folder)
                     row[kind] = less_than_guide(
                         places, str(made), asked.episodes, folder, executor
                     )
             found.append(row)
-            write_json(table, {"trainings": found})
+            write_json(out / "how_many.json", {"trainings": found})
 
     rows = [["buildings", "seed", "where", *FIRES]]
     for row in sorted(found, key=lambda row: (row["buildings"], row["seed"])):
@@ -163,7 +161,7 @@ def main():
             lost = [f"{row[kind][fire]:.1f}" for fire in FIRES]
             rows.append([str(row["buildings"]), str(row["seed"]), kind, *lost])
     print(align_columns(rows, "<<<" + ">" * len(FIRES)))
-    save(drawn(found), asked.picture or asked.out / "buildings.png")
+    save(drawn(found), asked.picture or out / "buildings.png")
 
 
 def until_stopped(main):
