@@ -113,6 +113,9 @@ def test_robots_that_search_are_played_beside_their_own_team():
         ("what_a_decision_is_worth.py show none.csv", 1, "there is no row in it"),
         ("where_people_die.py escort --episodes 0", 2, "must be a whole number from 1"),
         ("how_fires_burn.py --fire closr", 2, "invalid choice: 'closr'"),
+        ("any_map.py --first -1", 2, "must be a whole number from 0"),
+        ("clock.py old new --rounds 0", 2, "--rounds: it must be 1 or more"),
+        ("density.py nothing.txt", 1, "nothing.txt: cannot be read"),
     ],
 )
 def test_a_script_tells_a_mistake_in_a_line(command, status, message):

@@ -121,9 +121,7 @@ def main():
     parser.add_argument("robots", nargs="?", default="learned", help="a checkpoint")
     parser.add_argument("--out", type=Path, default=Path("out/any_map"))
     parser.add_argument("--buildings", type=whole(1), default=30, help="generated")
-    parser.add_argument(
-        "--first", type=int, default=FIRST_SEED, help="seed"
-    )
+    parser.add_argument("--first", type=whole(0), default=FIRST_SEED, help="seed")
     parser.add_argument(
         "--most-robots", type=whole(1), default=MOST_ROBOTS, help="of a floor"
     )

@@ -318,6 +318,8 @@ if __name__ == "__main__":
     asked = parser.parse_args()
     if asked.measure:
         print(json.dumps(MEASURES[asked.measure]()))
+    elif asked.rounds < 1:
+        parser.error("--rounds: it must be 1 or more")
     elif len(asked.checkouts) == 2:
         one, other = (path.resolve() for path in asked.checkouts)
         compare(one, other, [ROWS[name] for name in asked.only], asked.rounds)

@@ -24,6 +24,8 @@ from statistics import median
 from typing import NamedTuple
 
 import reference
+from reference.paper import InputError
+from reference.workshop.commands.common import exit_status
 
 PACKAGE = Path(reference.__file__).parent
 
@@ -37,9 +39,12 @@ class File(NamedTuple):
 
 
 def parsed(path: Path) -> File:
-    """Read a file of Python."""
+    """Read a file of Python. Raises InputError for another one, OSError."""
     text = path.read_text(encoding="utf-8")
-    tree = ast.parse(text)
+    try:
+        tree = ast.parse(text)
+    except SyntaxError as error:
+        raise InputError(f"{path}:{error.lineno}: is no Python ({error.msg})") from None
     said = set[int]()
     for node in ast.walk(tree):
         if is_docstring(node):
@@ -114,8 +119,18 @@ def modules(path: Path) -> list[Path]:
     return sorted(path.rglob("*.py")) if path.is_dir() else [path.with_suffix(".py")]
 
 
-if __name__ == "__main__":
-    named = [(Path(word).name, modules(Path(word))) for word in sys.argv[1:]]
+def theirs(words: Iterable[str]) -> Iterator[tuple[str, list[Path]]]:
+    """The files and folders that are named."""
+    for path in map(Path, words):
+        yield path.name, modules(path) if path.is_dir() else [path]
+
+
+def main() -> None:
+    words = sys.argv[1:]
     print(f"{'':24}   lines   packed   walrus   a line       body   comments")
-    for name, paths in named or ours():
+    for name, paths in theirs(words) if words else ours():
         print(row(name, paths))
+
+
+if __name__ == "__main__":
+    sys.exit(exit_status(main))
