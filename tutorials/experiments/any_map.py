@@ -71,12 +71,13 @@ def generated_places(folder, number, first, most_robots=MOST_ROBOTS):
 
 
 def room_in(path):
-    """How many people fit without a crowd: some more than in trainings, which count
-    no doors, stairs and exits."""
+    """Count the people who fit without a crowd.
+
+    Trainings count fewer: they leave out doors, stairs and exits.
+    """
     building = load(str(path))
-    return max(
-        1, int(building.walkable.sum(axis=(1, 2)).min()) * building.floors // ROOM
-    )
+    cells = int(building.walkable.sum(axis=(1, 2)).min()) * building.floors
+    return max(1, cells // ROOM)
 
 
 def survivors(place, robots, fires, episodes, folder, executor):

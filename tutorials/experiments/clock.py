@@ -184,7 +184,7 @@ def first_decision() -> float:
 
 
 def compilation() -> float:
-    """Seconds until then where nothing has been compiled before."""
+    """CPU seconds until the first decision, with an empty cache."""
     with TemporaryDirectory() as folder:
         os.environ["XDG_CACHE_HOME"] = folder
         return first_decision()

@@ -61,16 +61,16 @@ def results_at(robots, fire, seed):
 def tell(fire, results):
     """Print each part's share of the whole variance, with its interval."""
     parts = parts_of(results)
-    whole = sum(parts.values())
+    variance = sum(parts.values())
     people = results.mean()
     print(f"{fire}: {len(results)} decisions; {people:.1f} people saved", end="")
-    print(f", deviation {whole**0.5:.2f}")
+    print(f", deviation {variance**0.5:.2f}")
     for name in (OWN, *(part for part in PARTS if part != OWN)):
-        words = f"    {name:32}{100 * parts[name] / whole:6.1f} %"
+        words = f"    {name:32}{100 * parts[name] / variance:6.1f} %"
         if name != STATE:
             of_each = [components(one)[name] for one in results]
             _, low, high = interval_of_mean(of_each)
-            words += f" [{100 * low / whole:.1f}, {100 * high / whole:.1f}]"
+            words += f" [{100 * low / variance:.1f}, {100 * high / variance:.1f}]"
         print(words, flush=True)
 
 
