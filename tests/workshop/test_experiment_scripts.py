@@ -8,6 +8,7 @@ import pytest
 from conftest import ROOT
 from processes import python
 
+from reference import Simulation, load
 from reference.__main__ import main
 from reference.workshop.comparing.design import read_experiment
 from reference.workshop.storage.files import read_json
@@ -168,3 +169,14 @@ def test_best_responses_of_other_lengths_are_others(script, monkeypatch):
         made = [*best.responses(experiment, Path("out"), decisions, 0)]
         assert [fire for _, _, fire in made] == trained[-2:]
     assert len(set(trained)) == 4
+
+
+def test_where_nobody_dies_nothing_is_told_of_deaths(script, capsys):
+    """No share of nothing: numpy's warnings would be errors here."""
+    dying = script("where_people_die")
+    notes = dying.Notes(Simulation(load("paper")))
+    notes.ground[:] = 5
+    dying.tell("none", [notes])
+    told = capsys.readouterr().out
+    assert "none: 0.0 die" in told and "who got out" in told
+    assert "who died" not in told and "who die there" not in told

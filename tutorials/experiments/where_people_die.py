@@ -103,6 +103,8 @@ def tell(team, notes):
     above = began > GROUND
     for words, who in (("got out", ~dead & above), ("died", dead & above)):
         seconds = ground[who]
+        if not seconds.any():
+            continue
         share_led = led[who].sum() / seconds.sum()
         share_open = open_[who].sum() / seconds.sum()
         print(f"    those from above who {words}: {seconds.mean():.0f} s on the lowest")
@@ -111,8 +113,9 @@ def tell(team, notes):
     losses = sum(one.losses.sum() for one in notes) / len(notes)
     print(f"    {losses:.1f} times somebody loses a robot there")
     led_at_death = now[dead & (floor == GROUND)]
-    share = led_at_death.mean()
-    print(f"    {share:.0%} of those who die there are led then", flush=True)
+    if led_at_death.size:
+        share = led_at_death.mean()
+        print(f"    {share:.0%} of those who die there are led then", flush=True)
 
 
 def main():
