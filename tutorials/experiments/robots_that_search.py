@@ -13,7 +13,6 @@ Robots have no such time while it burns: it tells how much better they could be.
 
 import sys
 from argparse import ArgumentParser
-from copy import deepcopy
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
@@ -90,8 +89,8 @@ def measured(job):
 
 def begun(job):
     """The evacuation, before anything has happened."""
-    robots = deepcopy(named(job.base, "robots"))
-    fire = deepcopy(named(job.fire, "fire"))
+    robots = named(job.base, "robots")
+    fire = named(job.fire, "fire")
     return Simulation(load(job.building), Scenario(), robots, fire, job.seed)
 
 

@@ -15,7 +15,6 @@ To check the method where the answer is known, `play --fires fixed --where guard
 
 import sys
 from argparse import ArgumentParser
-from copy import deepcopy
 from dataclasses import asdict, dataclass, fields, replace
 from functools import lru_cache
 from itertools import product
@@ -129,8 +128,8 @@ def named(word, side):
 
 def decision_drawn(job, rng):
     """Draw one of all decisions of all robots of an evacuation; None if none counts."""
-    robots = deepcopy(named(job.base, "robots"))
-    fire = deepcopy(named(job.fire, "fire"))
+    robots = named(job.base, "robots")
+    fire = named(job.fire, "fire")
     run = Simulation(load(job.building), Scenario(), robots, fire, job.seed)
     guard = Guard()
     found = []

@@ -9,7 +9,6 @@ paper's building, the same evacuations for every team.
 
 import sys
 from argparse import ArgumentParser
-from copy import deepcopy
 
 import numpy as np
 
@@ -70,10 +69,7 @@ def evacuations(team, fire, seeds):
     scenario = Scenario()
     team = strategy_named(team, "robots")
     fire = strategy_named(fire, "fire")
-    runs = [
-        Simulation(load("paper"), scenario, deepcopy(team), deepcopy(fire), seed)
-        for seed in seeds
-    ]
+    runs = [Simulation(load("paper"), scenario, team, fire, seed) for seed in seeds]
     notes = [Notes(run) for run in runs]
     going = notes
     with one_thread():
