@@ -2,7 +2,7 @@
 
 from argparse import Namespace
 from dataclasses import replace
-from importlib.util import module_from_spec, spec_from_file_location
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -248,10 +248,8 @@ def test_it_finds_where_a_guard_would_stand():
 @pytest.fixture
 def experiment(monkeypatch):
     """The script, with few futures."""
-    path = ROOT / "tutorials" / "experiments" / "what_a_decision_is_worth.py"
-    spec = spec_from_file_location(path.stem, path)
-    script = module_from_spec(spec)
-    spec.loader.exec_module(script)
+    monkeypatch.syspath_prepend(ROOT / "tutorials" / "experiments")
+    script = import_module("what_a_decision_is_worth")
     monkeypatch.setattr(script, "FUTURES", (1, 2, 2))
     return script
 
@@ -270,13 +268,14 @@ def test_a_table_that_was_stopped_ends_as_one_that_was_not(experiment, tmp_path)
     """Row by row, but for the seconds that it took."""
 
     def rows(table):
-        return [replace(row, seconds=0) for row in experiment.read_rows(table)]
+        found = experiment.read_rows(table, experiment.Row)
+        return [replace(row, seconds=0) for row in found]
 
     whole = tmp_path / "whole.csv"
     experiment.play(asks(whole))
     stopped = tmp_path / "stopped.csv"
     experiment.play(asks(stopped, minutes=0.0))
-    assert len(experiment.read_rows(stopped)) == 1
+    assert len(rows(stopped)) == 1
     with stopped.open("a") as file:
         file.write("tiny,any,2,obs")  # killed while it wrote
     experiment.play(asks(stopped))
@@ -295,7 +294,7 @@ def test_where_guard_sets_off_it_is_told_what_standing_there_is_worth(
     """And whether that is what was found."""
     table = tmp_path / "guard.csv"
     experiment.play(asks(table, fires=["fixed"], where="guard", held=[1, 4]))
-    rows = experiment.read_rows(table)
+    rows = experiment.read_rows(table, experiment.Row)
     assert {row.held for row in rows} == {1, 4}
     assert all(np.isfinite(row.guards) for row in rows)
     experiment.show(Namespace(table=str(table), picture=None))

@@ -19,9 +19,8 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
-from what_a_decision_is_worth import measure_all, named, read_rows
+from kept_rows import begun, measure_all, read_rows
 
-from reference import Scenario, Simulation, load
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
@@ -85,13 +84,6 @@ def measured(job):
         chosen=chosen,
         seconds=round(process_time() - began, 2),
     )
-
-
-def begun(job):
-    """The evacuation, before anything has happened."""
-    robots = named(job.base, "robots")
-    fire = named(job.fire, "fire")
-    return Simulation(load(job.building), Scenario(), robots, fire, job.seed)
 
 
 def play(asked):

@@ -15,27 +15,25 @@ To check the method where the answer is known, `play --fires fixed --where guard
 
 import sys
 from argparse import ArgumentParser
-from dataclasses import asdict, dataclass, fields, replace
-from functools import lru_cache
+from dataclasses import asdict, dataclass, replace
 from itertools import product
 from math import nan
-from operator import attrgetter
 from pathlib import Path
 from time import process_time
 from typing import NamedTuple
 
 import numpy as np
+from kept_rows import begun, measure_all, read_rows
 
-from reference import Scenario, Simulation, load
+from reference import Simulation, load
 from reference.building import distance
 from reference.paper import InputError
 from reference.robots import followers_of
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
-from reference.workshop.comparing.named import strategy_named
 from reference.workshop.drawing import page
-from reference.workshop.engine import make_ready, together
+from reference.workshop.engine import together
 from reference.workshop.measuring.branching import (
     CHOICE_KINDS,
     FUTURES,
@@ -48,8 +46,7 @@ from reference.workshop.measuring.branching import (
     saved,
     worth_of,
 )
-from reference.workshop.storage.files import Table, read_table
-from reference.workshop.storage.workers import map_as_done, one_thread, workers
+from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import Observer
 
@@ -120,17 +117,9 @@ class Drawn(NamedTuple):
     guard: tuple[float, float] | None
 
 
-@lru_cache
-def named(word, side):
-    """The strategy of a name; a network is read once."""
-    return strategy_named(word, side)
-
-
 def decision_drawn(job, rng):
     """Draw one of all decisions of all robots of an evacuation; None if none counts."""
-    robots = named(job.base, "robots")
-    fire = named(job.fire, "fire")
-    run = Simulation(load(job.building), Scenario(), robots, fire, job.seed)
+    run = begun(job)
     guard = Guard()
     found = []
     while not run.done:
@@ -214,16 +203,6 @@ def measured(job):
 # -- Many ---------------------------------------------------------------------------
 
 
-def read_rows(path, kind=Row):
-    """The rows of a table, as they came; kind: the record that each is."""
-    types = {field.name: field.type for field in fields(kind)}
-
-    def made(cells):
-        return kind(**{name: types[name](cell) for name, cell in cells.items()})
-
-    return read_table(path, list(types), made)
-
-
 def play(asked):
     """Measure decisions: one of each cell, then the next, so that all have as many."""
     seeds = range(asked.seed, asked.seed + asked.decisions)
@@ -238,37 +217,6 @@ def play(asked):
             f"{row.gain:+.2f}, {row.seconds:.1f} s",
             file=sys.stderr,
         )
-
-
-def measure_all(kind, measure, jobs, asked):
-    """Measure what is not in the table yet, until all is there or time is up.
-
-    kind     of the rows: a job, and what came of it; seconds is how many it took
-    measure  what comes of a job: a row, or None
-    asked    table, workers and minutes
-    Yields rows as they come; each is in the table by then.
-    """
-    path = Path(asked.table)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    rows = read_rows(path, kind)
-    table = Table(path, [field.name for field in fields(kind)], map(asdict, rows))
-    of_job = attrgetter(*[field.name for field in fields(kind.__base__)])
-    there = set(map(of_job, rows))
-    left = [job for job in jobs if of_job(job) not in there]
-    print(f"{len(rows)} rows are there; {len(left)} to play", file=sys.stderr)
-
-    make_ready()
-    spent = 0.0
-    with workers(asked.workers) as pool:
-        for _, row in map_as_done(pool, measure, left):
-            if row is None:
-                continue
-            table.append([asdict(row)])
-            yield row
-            spent += row.seconds
-            if spent >= 60 * asked.minutes:
-                print("time is up; go on with the same command", file=sys.stderr)
-                break
 
 
 # -- What came of it ----------------------------------------------------------------
@@ -342,7 +290,7 @@ def tell_guard(rows):
 
 def show(asked):
     """Print tables, and draw the picture."""
-    rows = read_rows(Path(asked.table))
+    rows = read_rows(Path(asked.table), Row)
     if not rows:
         raise InputError(f"{asked.table}: there is no row in it, or no file.")
     print("decisions, and people gained by one in fresh futures; * interval above 0")
