@@ -10,7 +10,6 @@ robot observes, and `guard` one sequence of fires.
 
 import sys
 from argparse import ArgumentParser
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from functools import partial
 from itertools import product
@@ -24,8 +23,8 @@ from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.engine import to_the_end
-from reference.workshop.storage.workers import one_thread
+from reference.workshop.engine import make_ready, to_the_end
+from reference.workshop.storage.workers import one_thread, workers
 from reference.workshop.strategies import guides
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import (
@@ -140,7 +139,8 @@ def main():
     parser.add_argument("--fire", nargs="+", default=UNDER, metavar="S")
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.episodes)
-    with ProcessPoolExecutor(asked.workers) as pool:
+    make_ready()
+    with workers(asked.workers) as pool:
         jobs = {
             (name, fire): pool.submit(saved, name, fire, seeds)
             for fire, name in product(asked.fire, FAMILY)
