@@ -3,15 +3,20 @@
 from importlib import import_module
 from pathlib import Path
 from subprocess import PIPE
+from types import SimpleNamespace
 
 import pytest
 from conftest import ROOT
 from processes import python
+from trainings import begun, tiny
 
 from reference import Simulation, load
 from reference.__main__ import main
-from reference.workshop.comparing.design import read_experiment
+from reference.paper import InputError
 from reference.workshop.storage.files import read_json
+from reference.workshop.training.checkpoints import Task, save_checkpoint
+from reference.workshop.training.families import Family
+from reference.workshop.training.rounds import Training
 
 SCRIPTS = ROOT / "tutorials" / "experiments"
 
@@ -164,7 +169,10 @@ def test_best_responses_of_other_lengths_are_others(script, monkeypatch):
         trained.append(folder)
 
     monkeypatch.setattr(best, "finish_training", note)
-    experiment = read_experiment(SCRIPTS / "tiny.toml")
+    monkeypatch.setattr(best, "finished", lambda experiment, folder: {})
+    experiment = SimpleNamespace(
+        preset="tiny", building="tiny", seeds=(0, 1), settings={}
+    )
     for decisions in (5, 7):
         made = [*best.responses(experiment, Path("out"), decisions, 0)]
         assert [fire for _, _, fire in made] == trained[-2:]
@@ -180,3 +188,54 @@ def test_where_nobody_dies_nothing_is_told_of_deaths(script, capsys):
     told = capsys.readouterr().out
     assert "none: 0.0 die" in told and "who got out" in told
     assert "who died" not in told and "who die there" not in told
+
+
+def kept(training):
+    """A folder with the only checkpoint of a training."""
+    path = Path("out", "checkpoint-000000.pt")
+    path.parent.mkdir()
+    save_checkpoint(training.checkpoint(), path)
+    return path.parent
+
+
+@pytest.mark.parametrize("name", ["by_age", "tenths", "signal_by_lambda"])
+def test_robots_that_do_not_learn_have_no_age_and_no_signal(script, monkeypatch, name):
+    """It is said in words."""
+    folder = kept(begun(fixed={"robots": ("escort",)}))
+    monkeypatch.setattr("sys.argv", ["", str(folder)])
+    with pytest.raises(InputError, match="its robots do not learn"):
+        script(name).main()
+
+
+def test_who_has_only_begun_has_no_age(script):
+    """A copy of another strategy has made no decision of its own."""
+    folder = kept(begun())
+    with pytest.raises(InputError, match="have not learned yet"):
+        script("by_age").ages(folder, 10)
+
+
+def test_a_single_checkpoint_is_the_only_age(script, monkeypatch):
+    """There is none before it, and none after its end."""
+    tenths = script("tenths")
+    path = str(Path("out", "checkpoint-000003.pt"))
+    Path("out").mkdir()
+    Path(path).touch()
+    monkeypatch.setattr(tenths, "ages", lambda folder, tenths: {path: "100%"})
+    assert tenths.checkpoints(Path("out"), 10) == {"100%": path}
+
+
+@pytest.mark.slow
+def test_robots_of_many_buildings_have_a_signal_in_one(capsys, script, monkeypatch):
+    """In an example; the number of processes changes nothing."""
+    settings = tiny(robots={"head": "set"})
+    family = Family(widths=(15, 18), heights=(10, 12), floors=(1, 2), people=(3, 9))
+    task = Task("some", "", settings, fixed={"fire": ("none",)}, family=family)
+    folder = kept(Training(task))
+    asked = ["", str(folder), "--fire", "none", "--episodes", "2", "--workers"]
+    heard = []
+    for number in ("0", "1"):
+        monkeypatch.setattr("sys.argv", [*asked, number])
+        script("signal_by_lambda").main()
+        heard.append(capsys.readouterr().out)
+    assert heard[0] == heard[1]
+    assert heard[0].startswith("2 evacuations") and "lambda 0.95" in heard[0]

@@ -26,14 +26,20 @@ from reference.workshop.training.checkpoints import load_checkpoint
 def ages(folder, tenths):
     """Find the checkpoint nearest to each tenth of the robots' decisions.
 
-    Returns its age in per cent by its path. tenths: how many ages.
+    Returns its age in per cent by its path. tenths: how many ages. Raises InputError
+    where there is no checkpoint, or robots have not learned.
     """
     steps = {}
     for path in sorted(folder.glob("checkpoint-*.pt")):
-        steps[path] = load_checkpoint(path).learners["robots"]["steps"]
+        learners = load_checkpoint(path).learners
+        if "robots" not in learners:
+            raise InputError(f"{folder}: its robots do not learn, so they have no age.")
+        steps[path] = learners["robots"]["steps"]
     if not steps:
         raise InputError(f"{folder}: there is no checkpoint in this folder.")
     end = max(steps.values())
+    if end == 0:
+        raise InputError(f"{folder}: its robots have not learned yet. Let it go on.")
     found = {}
     for k in range(1, tenths + 1):
         goal = end * k / tenths

@@ -5,20 +5,26 @@
 Robots of a training play evacuations, without learning from them. Their gradient's
 signal over its noise is printed for several λ: 1 believes what happened after a
 decision, 0 what the critic says of the next one. Near 0, on either side, there is none.
+Robots that have learned in several buildings play in the first, or in an example.
 """
 
 import sys
 from argparse import ArgumentParser
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 from reference.learning.adversarial import player_of
 from reference.learning.rollouts import Job, play
+from reference.paper import InputError
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
-from reference.workshop.engine import together
-from reference.workshop.storage.workers import chunks, one_thread
+from reference.workshop.engine import make_ready, together
+from reference.workshop.storage.workers import (
+    chunks,
+    map_in_order,
+    one_thread,
+    workers,
+)
 from reference.workshop.strategies import FIRES
 from reference.workshop.training.checkpoints import load_checkpoint
 from reference.workshop.training.gradient import measure_signal
@@ -28,10 +34,13 @@ LAMBDAS = 0.0, 0.5, 0.8, 0.95, 1.0
 EPISODES_PER_JOB = 8
 
 
-def played(job):
-    """Play a job; return what its robots saw, did and earned."""
+def played(jobs):
+    """Play jobs; return what their robots saw, did and earned."""
+    lives = []
     with one_thread():
-        return [episode.robots for episode in play(job, advance=together)]
+        for job in jobs:
+            lives += [episode.robots for episode in play(job, advance=together)]
+    return lives
 
 
 def main():
@@ -43,8 +52,10 @@ def main():
     parser.add_argument("--workers", type=whole(0), default=2)
     asked = parser.parse_args()
     training = Training.resumed(load_checkpoint(asked.training))
+    if "robots" not in training.learners:
+        raise InputError(f"{asked.training}: its robots do not learn.")
     learner = training.learners["robots"]
-    plan = training.task.plan
+    plan = training.task.plans[0]
     scenario = training.settings.scenario
 
     # Robots play as they are.
@@ -55,8 +66,9 @@ def main():
         for name in asked.fire
         for some in seeds
     ]
-    with ProcessPoolExecutor(asked.workers) as pool:
-        lives = [life for part in pool.map(played, jobs) for life in part]
+    make_ready()
+    with workers(asked.workers) as pool:
+        lives = map_in_order(pool, played, jobs)
     decisions = sum(life.steps for life in lives)
     print(f"{len(lives)} evacuations, {decisions:,} decisions")
 

@@ -55,7 +55,9 @@ def checkpoints(training, tenths):
     Robots that are through are held while their fire goes on: then its end is one more.
     """
     paths = {age: path for path, age in ages(training, tenths).items()}
-    first, *_, last = sorted(map(str, training.glob("checkpoint-*.pt")))
+    there = sorted(map(str, training.glob("checkpoint-*.pt")))
+    first = there[0]
+    last = there[-1]
     if first.endswith("-000000.pt"):
         paths = {"0%": first} | paths
     if last not in paths.values():
