@@ -10,7 +10,7 @@ from conftest import ROOT
 from movies import shipped, stage, wait
 
 from reference.fire import RandomFire
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.robots import actual_target
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import strategy_named
@@ -283,9 +283,11 @@ def test_a_table_that_was_stopped_ends_as_one_that_was_not(experiment, tmp_path)
     assert len(rows(whole)) == 2
 
     drawn = tmp_path / "whole.png"
-    asked = Namespace(table=str(whole), picture=drawn, base=["observer"], held=[2])
-    experiment.show(asked)
+    asked = {"table": str(whole), "picture": drawn, "base": "observer", "held": 2}
+    experiment.show(Namespace(building="tiny", **asked))
     assert drawn.exists()
+    with pytest.raises(InputError, match="no row of observer in paper, held for 2"):
+        experiment.show(Namespace(building="paper", **asked))
 
 
 def test_where_guard_sets_off_it_is_told_what_standing_there_is_worth(

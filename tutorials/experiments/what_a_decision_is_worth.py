@@ -37,7 +37,12 @@ from reference.workshop.engine import together
 from reference.workshop.measuring.branching import (
     CHOICE_KINDS,
     FUTURES,
+    GO_ON,
+    TO_FOOT,
+    TO_PERSON,
     TO_RIM,
+    TO_STAY,
+    TO_WAY_OUT,
     Choice,
     branches,
     choices_of,
@@ -297,22 +302,29 @@ def show(asked):
     for one in sorted(set(map(cell, rows))):
         tell([row for row in rows if cell(row) == one])
     if asked.picture:
-        chosen = (ANY, asked.base[0], asked.held[0])
-        drawn = [row for row in rows if (row.where, row.base, row.held) == chosen]
+        chosen = asked.building, ANY, asked.base, asked.held
+        drawn = [
+            row
+            for row in rows
+            if (row.building, row.where, row.base, row.held) == chosen
+        ]
         if not drawn:
-            sys.exit(f"{asked.table}: has no rows of {chosen} to draw")
+            raise InputError(
+                f"{asked.table}: has no row of {asked.base} in {asked.building}, held "
+                f"for {asked.held} decisions, to draw."
+            )
         print(page.save(picture(drawn), asked.picture))
 
 
 # -- The picture --------------------------------------------------------------------
 
 LOOKS = {
-    "way out": ("#009e73", "^"),
-    "foot of stairs": ("#cc79a7", "s"),
-    "rim": ("#d55e00", "X"),
-    "person": ("#0072b2", "o"),
-    "stay": ("#23272e", "D"),
-    "go on": ("#e69f00", ">"),
+    TO_WAY_OUT: ("#009e73", "^"),
+    TO_FOOT: ("#cc79a7", "s"),
+    TO_RIM: ("#d55e00", "X"),
+    TO_PERSON: ("#0072b2", "o"),
+    TO_STAY: ("#23272e", "D"),
+    GO_ON: ("#e69f00", ">"),
 }
 """Colour and marker of each kind; a rim is where one guards a way out."""
 
@@ -413,8 +425,9 @@ def main():
     shower = commands.add_parser("show", help="print tables, draw the picture")
     shower.add_argument("table", metavar="CSV")
     shower.add_argument("--picture", metavar="FILE")
-    shower.add_argument("--base", nargs=1, default=["observer"], metavar="S")
-    shower.add_argument("--held", nargs=1, type=whole(1), default=[4], metavar="H")
+    shower.add_argument("--building", default="paper", metavar="NAME")
+    shower.add_argument("--base", default="observer", metavar="S")
+    shower.add_argument("--held", type=whole(1), default=4, metavar="H")
     asked = parser.parse_args()
     play(asked) if asked.command == "play" else show(asked)
 
