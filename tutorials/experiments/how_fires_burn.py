@@ -11,12 +11,11 @@ from argparse import ArgumentParser
 from itertools import product
 
 import numpy as np
+from evacuations import played, saved
 
-from reference import Scenario, Simulation, load
+from reference import Scenario
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
-from reference.workshop.engine import to_the_end
-from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES, ROBOTS
 
 
@@ -34,18 +33,11 @@ def main():
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.episodes)
     scenario = Scenario(spread_rate=asked.spread, burn_seconds=asked.burns)
-    with one_thread():
-        for robots, fire in product(asked.robots, asked.fire):
-            sides = [(ROBOTS[robots](), FIRES[fire]()) for _ in seeds]
-            runs = [
-                Simulation(load("paper"), scenario, *both, seed)
-                for both, seed in zip(sides, seeds, strict=True)
-            ]
-            to_the_end(runs)
-            ends = [run.outcome() for run in runs]
-            saved = 100 * np.mean([end.evacuated / end.people for end in ends])
-            reward = np.mean([end.reward for end in ends])
-            print(f"{robots:8} {fire:8} {saved:5.1f} {reward:8.0f}", flush=True)
+    for robots, fire in product(asked.robots, asked.fire):
+        runs = played(ROBOTS[robots](), FIRES[fire](), seeds, scenario)
+        reward = np.mean([run.outcome().reward for run in runs])
+        share = saved(runs).mean()
+        print(f"{robots:8} {fire:8} {share:5.1f} {reward:8.0f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -12,25 +12,14 @@ import sys
 from argparse import ArgumentParser
 from collections import Counter, defaultdict
 
-import numpy as np
+from evacuations import played, saved
 
-from reference import Scenario, Simulation, load
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.engine import to_the_end
-from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.fires import FixedFire
 from reference.workshop.strategies.guard import Guard
-
-
-def evacuations(robots, fire, seeds):
-    """Play them; return the simulations at their end."""
-    runs = [Simulation(load("paper"), Scenario(), robots, fire, seed) for seed in seeds]
-    with one_thread():
-        to_the_end(runs)
-    return runs
 
 
 def most_frequent(runs):
@@ -51,12 +40,6 @@ def most_frequent(runs):
     return places, shares
 
 
-def saved(runs):
-    """Per cent of people saved in each evacuation."""
-    outcomes = [run.outcome() for run in runs]
-    return np.array([100 * o.evacuated / o.people for o in outcomes])
-
-
 def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("fire", metavar="FIRE")
@@ -68,12 +51,12 @@ def main():
     fire = strategy_named(asked.fire, "fire")
     seeds = range(asked.seed, asked.seed + asked.episodes)
     others = range(seeds.stop, seeds.stop + asked.episodes)
-    places, shares = most_frequent(evacuations(robots, fire, others))
+    places, shares = most_frequent(played(robots, fire, others))
     for (floor, x, y), share in zip(places, shares, strict=True):
         print(f"floor {floor + 1}, ({x:.1f}, {y:.1f}) in {share:.0%}")
-    own = saved(evacuations(robots, fire, seeds))
-    repeated = saved(evacuations(robots, FixedFire(places), seeds))
-    guarded = saved(evacuations(Guard(places), fire, seeds))
+    own = saved(played(robots, fire, seeds))
+    repeated = saved(played(robots, FixedFire(places), seeds))
+    guarded = saved(played(Guard(places), fire, seeds))
     print(f"{asked.robots} saves {own.mean():.1f} % from {asked.fire}, and")
     for values, words in ((repeated, "from its sequence"), (guarded, "as a guard")):
         more, low, high = interval_of_mean(values - own)

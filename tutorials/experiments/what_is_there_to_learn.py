@@ -16,15 +16,14 @@ from itertools import product
 from math import inf
 from unittest.mock import patch
 
-import numpy as np
+from evacuations import played, saved
 
-from reference import Scenario, Simulation, load
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.engine import make_ready, to_the_end
-from reference.workshop.storage.workers import one_thread, workers
+from reference.workshop.engine import make_ready
+from reference.workshop.storage.workers import workers
 from reference.workshop.strategies import guides
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import (
@@ -115,20 +114,13 @@ FAMILY = {
 UNDER = ("random", "busiest", "fixed", "closer", "greedy")
 
 
-def saved(name, fire, seeds):
+def saved_by(name, fire, seeds):
     """Per cent of people saved in each evacuation."""
     guide, changes = FAMILY[name]
     with ExitStack() as stack:
-        stack.enter_context(one_thread())
         for number, value in changes.items():
             stack.enter_context(patch.object(guides, number, value))
-        runs = []
-        for seed in seeds:
-            foe = strategy_named(fire, "fire")
-            runs.append(Simulation(load("paper"), Scenario(), guide(), foe, seed))
-        to_the_end(runs)
-    outcomes = [run.outcome() for run in runs]
-    return np.array([100 * o.evacuated / o.people for o in outcomes])
+        return saved(played(guide(), strategy_named(fire, "fire"), seeds))
 
 
 def main():
@@ -142,7 +134,7 @@ def main():
     make_ready()
     with workers(asked.workers) as pool:
         jobs = {
-            (name, fire): pool.submit(saved, name, fire, seeds)
+            (name, fire): pool.submit(saved_by, name, fire, seeds)
             for fire, name in product(asked.fire, FAMILY)
         }
         usual = None  # the best under the first fire

@@ -10,15 +10,15 @@ of the cells nearest to that way out. Points more than `observer`, same evacuati
 
 import sys
 from argparse import ArgumentParser
-from functools import partial
 from itertools import product
 
 import numpy as np
+from evacuations import played, saved
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.patches import Rectangle
 
-from reference import Scenario, Simulation, load
+from reference import load
 from reference.fire import decision_at, lightable
 from reference.navigation import navigation_of
 from reference.workshop.commands.common import exit_status
@@ -26,8 +26,8 @@ from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.drawing import page
-from reference.workshop.engine import make_ready, to_the_end
-from reference.workshop.storage.workers import one_thread, workers
+from reference.workshop.engine import make_ready
+from reference.workshop.storage.workers import workers
 from reference.workshop.strategies.fires import CloserFire, exits_first
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import Observer
@@ -82,17 +82,9 @@ def cells_at_second_way():
     return metres.argsort(kind="stable")[:CELLS].tolist()
 
 
-def saved(make_robots, make_fire, seeds):
+def saved_by(robots, fire, seeds):
     """Per cent of people saved in each evacuation."""
-    building = load(BUILDING)
-    with one_thread():
-        runs = [
-            Simulation(building, Scenario(), make_robots(), make_fire(), seed)
-            for seed in seeds
-        ]
-        to_the_end(runs)
-    outcomes = [run.outcome() for run in runs]
-    return np.array([100 * o.evacuated / o.people for o in outcomes])
+    return saved(played(robots, fire, seeds))
 
 
 def told(name, points):
@@ -135,19 +127,19 @@ def main():
     places = cells_at_second_way()
     make_ready()
     with workers(asked.workers) as pool:
-        fires = {name: partial(strategy_named, name, "fire") for name in UNDER}
+        fires = {name: strategy_named(name, "fire") for name in UNDER}
         usual = {
-            name: pool.submit(saved, Observer, fires[name], seeds) for name in UNDER
+            name: pool.submit(saved_by, Observer(), fires[name], seeds)
+            for name in UNDER
         }
         watched = {
             (fire, name): pool.submit(
-                saved, partial(Watch, WATCHES[name]), fires[fire], seeds
+                saved_by, Watch(WATCHES[name]), fires[fire], seeds
             )
             for fire, name in product(UNDER, WATCHES)
         }
         pushed = [
-            pool.submit(saved, Observer, partial(Pushed, place), seeds)
-            for place in places
+            pool.submit(saved_by, Observer(), Pushed(place), seeds) for place in places
         ]
         for fire in UNDER:
             base = usual[fire].result()

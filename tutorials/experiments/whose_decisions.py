@@ -10,16 +10,13 @@ import sys
 from argparse import ArgumentParser
 from collections import Counter
 
-import numpy as np
+from evacuations import played, saved
 
-from reference import Scenario, Simulation, load
 from reference.robots import actual_target, followers_of, said_on_the_way
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.engine import to_the_end
-from reference.workshop.storage.workers import one_thread
 from reference.world import NOWHERE
 
 KINDS = {
@@ -73,21 +70,14 @@ class Advised:
         return goals
 
 
-def evacuations(asked, follows):
+def advised(asked, follows):
     """Per cent of people saved in each evacuation, and decisions of each kind."""
     fire = strategy_named(asked.fire, "fire")
     own = strategy_named(asked.team, "robots")
     other = strategy_named(asked.other, "robots")
     team = Advised(own, other, follows)  # each run has its own copy
-    runs = [
-        Simulation(load("paper"), Scenario(), team, fire, seed)
-        for seed in range(asked.seed, asked.seed + asked.episodes)
-    ]
-    with one_thread():
-        to_the_end(runs)
-    outcomes = [run.outcome() for run in runs]
-    saved = np.array([100 * o.evacuated / o.people for o in outcomes])
-    return saved, sum((run.robot_strategy.differ for run in runs), Counter())
+    runs = played(team, fire, range(asked.seed, asked.seed + asked.episodes))
+    return saved(runs), sum((run.robot_strategy.differ for run in runs), Counter())
 
 
 def main():
@@ -98,12 +88,12 @@ def main():
     parser.add_argument("--episodes", type=whole(1), default=100, metavar="N")
     parser.add_argument("--seed", type=whole(0), default=30_000, metavar="N")
     asked = parser.parse_args()
-    before, differ = evacuations(asked, None)
+    before, differ = advised(asked, None)
     print(f"{asked.team} saves {before.mean():.1f} %; what {asked.other} adds to it:")
     print(f"{'':12} {'an evacuation':>14} {'points':>20}")
     for follows, words in KINDS.items():
-        saved, _ = evacuations(asked, follows)
-        mean, low, high = interval_of_mean(saved - before)
+        after, _ = advised(asked, follows)
+        mean, low, high = interval_of_mean(after - before)
         often = differ[follows] / asked.episodes
         points = f"{mean:.1f} [{low:.1f}, {high:.1f}]"
         print(f"{follows:12} {often:14.1f} {points:>20}  {words}", flush=True)
