@@ -159,17 +159,17 @@ def measured(job):
         if drawn is None:
             return None
         rounds = [rng.integers(2**62, size=size).tolist() for size in FUTURES]
-        run = drawn.run
-        robot = run.world.robots[drawn.robot]
-        worth = worth_of(run, robot, job.held, rounds)
-        own = own_kind(run, robot, choices_of(run, robot))
-        guards = guards_error = nan
+        row = searched(job, drawn, rounds)
         if drawn.guard is not None:
-            stands = Choice(TO_RIM, drawn.guard, nan, True)
-            pair = branches(run, robot, [None, stands], job.held, rounds[-1])
-            usual, guarded = saved(pair)
-            guards, guards_error = mean_and_error(guarded - usual)
+            row = guarded(row, drawn, rounds[-1])
+    return replace(row, seconds=round(process_time() - began, 2))
 
+
+def searched(job, drawn, rounds):
+    """Search for the best choice of a decision: a Row without what `guard` would do."""
+    run = drawn.run
+    robot = run.world.robots[drawn.robot]
+    worth = worth_of(run, robot, job.held, rounds)
     x, y = robot.position.tolist()
     row = Row(
         **asdict(job),
@@ -180,29 +180,36 @@ def measured(job):
         y=y,
         led=len(followers_of(run.world, robot)),
         choices=worth.choices,
-        own=own,
+        own=own_kind(run, robot, choices_of(run, robot)),
         kind=OWN,
-        guards=guards,
-        guards_error=guards_error,
     )
     best = worth.best
-    if best is not None:
-        to_x, to_y = best.point
-        near = drawn.guard and distance(best.point, drawn.guard) < AT_GUARD
-        row = replace(
-            row,
-            kind=best.kind,
-            to_x=to_x,
-            to_y=to_y,
-            way=best.way,
-            helps=int(best.helps),
-            believed=worth.believed,
-            believed_error=worth.believed_error,
-            gain=worth.gain,
-            gain_error=worth.gain_error,
-            found=int(bool(near)),
-        )
-    return replace(row, seconds=round(process_time() - began, 2))
+    if best is None:
+        return row
+    to_x, to_y = best.point
+    return replace(
+        row,
+        kind=best.kind,
+        to_x=to_x,
+        to_y=to_y,
+        way=best.way,
+        helps=int(best.helps),
+        believed=worth.believed,
+        believed_error=worth.believed_error,
+        gain=worth.gain,
+        gain_error=worth.gain_error,
+    )
+
+
+def guarded(row, drawn, futures):
+    """Add what standing where `guard` would is worth, and whether that was found."""
+    run = drawn.run
+    robot = run.world.robots[drawn.robot]
+    stands = Choice(TO_RIM, drawn.guard, nan, True)
+    own, other = saved(branches(run, robot, [None, stands], row.held, futures))
+    guards, guards_error = mean_and_error(other - own)
+    near = distance((row.to_x, row.to_y), drawn.guard) < AT_GUARD
+    return replace(row, guards=guards, guards_error=guards_error, found=int(near))
 
 
 # -- Many ---------------------------------------------------------------------------
