@@ -49,6 +49,7 @@ from reference.workshop.measuring.branching import (
     mean_and_error,
     own_kind,
     saved,
+    surely_more,
     worth_of,
 )
 from reference.workshop.storage.workers import one_thread
@@ -245,8 +246,8 @@ def told(rows):
 
 
 def believed_in(row):
-    """Was the best choice believed to be better by more than twice its error?"""
-    return row.believed > 2 * row.believed_error
+    """Was the best choice surely better where it was chosen?"""
+    return surely_more(row.believed, row.believed_error)
 
 
 def groups(rows):
@@ -287,7 +288,7 @@ def tell_guard(rows):
     parts = {"all": rows}
     for low, high in TIMES:
         parts[f"{low} to {high} s"] = [row for row in rows if low <= row.time < high]
-    surely = [row for row in rows if row.guards > 2 * row.guards_error]
+    surely = [row for row in rows if surely_more(row.guards, row.guards_error)]
     parts["where to stand there is surely better"] = surely
     for name, part in parts.items():
         if not part:

@@ -305,9 +305,8 @@ class SearchResult(NamedTuple):
 
     @property
     def believed_in(self) -> bool:
-        """Whether the best seems better by more than twice its standard error."""
-        mean, error = mean_and_error(self.more)
-        return self.best is not None and mean > 2 * error
+        """Whether the best seems better, and hardly by chance."""
+        return surely_more(*mean_and_error(self.more))
 
 
 def search(
@@ -415,3 +414,8 @@ def mean_and_error(values: np.ndarray) -> tuple[float, float]:
     """Compute the mean of (S,) values, and its standard error; 0 for a single one."""
     spread = values.std(ddof=1) if len(values) > 1 else 0.0
     return float(values.mean()), float(spread / len(values) ** 0.5)
+
+
+def surely_more(mean: float, error: float) -> bool:
+    """Whether a mean is above 0 by more than twice its standard error."""
+    return mean > 2 * error
