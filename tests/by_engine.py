@@ -44,7 +44,7 @@ def engine_plays(simulation):
     """Does the engine play this simulation? Else the book does."""
     from reference.workshop import engine
 
-    return engine.knows_all_rules() and engine.is_the_books(simulation)
+    return engine.engine_is_ready() and engine.is_the_books(simulation)
 
 
 def step_by_engine():

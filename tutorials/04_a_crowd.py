@@ -12,7 +12,7 @@ from reference import Scenario, Simulation, load
 from reference.fire import NoFire, RandomFire
 from reference.robots import NoRobots
 from reference.workshop import drawing
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.measuring.crowding import measure_crowding
 from reference.workshop.strategies.guides import guided_by
 from reference.world import Mode
@@ -71,7 +71,7 @@ print(drawing.save(figure, "out/04_a_crowd.png"))
 
 # %% What does it depend on?
 # In smoke people see a few metres [B2]. Does it help to see farther? The same seeds put
-# the same people in the same places. Only the range of sight changes. `to_the_end`
+# the same people in the same places. Only the range of sight changes. `run_to_end`
 # runs simulations by the engine, a compiled tick with the same results, much sooner.
 
 
@@ -79,7 +79,7 @@ def out(metres: float, seeds: range = range(5)) -> int:
     """Count who gets out, over all seeds."""
     rule = Scenario(sight_range=metres)
     runs = [Simulation(institute, rule, NoRobots(), NoFire(), seed) for seed in seeds]
-    to_the_end(runs)
+    run_to_end(runs)
     return sum(run.outcome().evacuated for run in runs)
 
 

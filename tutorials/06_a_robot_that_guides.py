@@ -11,7 +11,7 @@ from reference import Simulation, load
 from reference.fire import RandomFire
 from reference.robots import NoRobots, actual_target, followers_of, said_on_the_way
 from reference.workshop import drawing
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.strategies.guides import Sweep, unguided
 from reference.world import NOWHERE
 
@@ -97,7 +97,7 @@ print(drawing.save(figure, "out/06_shepherds.png"))
 fire = RandomFire()
 for robots in (NoRobots(), Shepherd(), Sweep()):
     runs = [Simulation(institute, None, robots, fire, seed) for seed in range(4)]
-    to_the_end(runs)
+    run_to_end(runs)
     out = [run.outcome().evacuated for run in runs]
     print(f"{type(robots).__name__:<8} {out}, {sum(out)} of 160 get out")
 #> NoRobots [34, 29, 31, 24], 118 of 160 get out

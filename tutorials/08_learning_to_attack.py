@@ -22,7 +22,7 @@ from reference.learning.rollouts import Episode, Job, play
 from reference.navigation import navigation_of
 from reference.rewards import fire_reward
 from reference.workshop import drawing
-from reference.workshop.engine import to_the_end, together
+from reference.workshop.engine import run_to_decision, run_to_end
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.presets import preset
 
@@ -103,7 +103,7 @@ SEEDS = range(1000, 1024)
 def scripted(fire) -> list[Simulation]:
     """Run all those evenings with a fire that nobody trained."""
     runs = [Simulation(gallery, evening, Sweep(), fire, seed) for seed in SEEDS]
-    to_the_end(runs)
+    run_to_end(runs)
     return runs
 
 
@@ -140,7 +140,7 @@ learner = learner_for("fire", PLAN, evening, table, seed=0)
 def evenings(seeds: range) -> list[Episode]:
     """Play against `sweep`; the learner's policy decides, with sampled actions."""
     job = Job(PLAN, evening, Sweep(), player_of(learner), tuple(seeds))
-    return play(job, advance=together)
+    return play(job, advance=run_to_decision)
 
 
 def total(episodes: list[Episode], fact: str) -> int:

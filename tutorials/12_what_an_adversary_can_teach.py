@@ -11,7 +11,7 @@ from pathlib import Path
 
 from reference import Scenario, Simulation, load
 from reference.workshop import drawing
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.fires import FixedFire, beside_ways_out
@@ -32,7 +32,7 @@ def played(robots, fire):
     for seed in range(8):
         runs.append(Simulation(institute, Scenario(), robots(), fire(), seed))
     with one_thread():
-        to_the_end(runs)
+        run_to_end(runs)
     return runs
 
 

@@ -18,7 +18,7 @@ from reference.learning.adversarial import adversarial_rounds, learner_for, play
 from reference.learning.rollouts import Episode, Job, play
 from reference.workshop import drawing
 from reference.workshop.anchors.frame import fire_decisions
-from reference.workshop.engine import together
+from reference.workshop.engine import run_to_decision
 from reference.workshop.strategies.fires import FixedFire, beside_ways_out
 from reference.workshop.strategies.guides import Escort
 from reference.workshop.training.imitation import Demonstration, clone
@@ -84,7 +84,7 @@ fire = learner_for("fire", PLAN, evening, of_fire, seed=3)
 def evenings(guides, foe) -> list[Episode]:
     """Play the 24 evenings that are not for training; guides and foe do not learn."""
     job = Job(PLAN, evening, guides, foe, tuple(range(24)))
-    return play(job, advance=together)
+    return play(job, advance=run_to_decision)
 
 
 def out(episodes: list[Episode]) -> float:
@@ -97,7 +97,7 @@ def out(episodes: list[Episode]) -> float:
 
 teacher = Demonstration(robots.settings, {}, "escort")
 shown = Job(PLAN, evening, teacher, FixedFire(), tuple(range(100, 132)))
-demonstrations = play(shown, advance=together)
+demonstrations = play(shown, advance=run_to_decision)
 clone(robots, [episode.robots for episode in demonstrations], epochs=20)
 
 # %% The race
@@ -111,7 +111,7 @@ def act(guides, foe, rounds: int) -> list[float]:
     """Let whoever is a learner learn; return how many got out in each round."""
     new = [[next(seeds) for _ in range(24)] for _ in range(rounds)]
     sides = {"robots": guides, "fire": foe}
-    played = adversarial_rounds(PLAN, evening, sides, new, advance=together)
+    played = adversarial_rounds(PLAN, evening, sides, new, advance=run_to_decision)
     return [out(episodes) for episodes in played]
 
 
@@ -211,4 +211,4 @@ print(drawing.save(figure, "out/13_arms_race.png"))
 # play 24 evenings against a fire that tries the mouth alone, and against one that tries
 # the cell before the door alone, at x = 5.5. Guess first: what does the guard gain,
 # what does it lose?
-# Hint: `FixedFire([place])` is such a fire, and `to_the_end(simulations)` plays.
+# Hint: `FixedFire([place])` is such a fire, and `run_to_end(simulations)` plays.

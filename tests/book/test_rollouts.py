@@ -15,7 +15,7 @@ from reference.learning.adversarial import adversarial_rounds, learner_for, play
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import SIDES
 from reference.paper import Scenario
-from reference.workshop.engine import together
+from reference.workshop.engine import run_to_decision
 from reference.workshop.maps import load, plan_of
 
 TINY = plan_of(load("tiny"))
@@ -106,7 +106,9 @@ def test_episodes_played_at_once_are_as_if_played_alone():
     ]
     each = [replace(job, seeds=(seed,)) for job in jobs for seed in job.seeds]
     alone = [episode for job in each for episode in play(job)]
-    at_once = [episode for job in jobs for episode in play(job, advance=together)]
+    at_once = [
+        episode for job in jobs for episode in play(job, advance=run_to_decision)
+    ]
     for one, other in zip(alone, at_once, strict=True):
         assert one.facts == other.facts
         for name, column in vars(one.robots).items():

@@ -30,7 +30,7 @@ from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.walking import enter_stairs, free_for
 from reference.workshop import maps
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.world import Died, Evacuated, Fate, LeftFloor
 
@@ -319,7 +319,7 @@ def test_nothing_impossible_happens_in_any_building(building, scene, robots, see
     wait(twin, 10)
     wait(beside, 10)
     copied = twin.copy()
-    to_the_end([twin, beside])
+    run_to_end([twin, beside])
     copied.run()
     assert same(bodies(sim), bodies(copied)) and same(bodies(sim), bodies(twin))
     assert sim.events == copied.events == twin.events

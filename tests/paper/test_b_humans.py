@@ -45,7 +45,7 @@ from reference.robots import followers_of
 from reference.simulation import Simulation
 from reference.view import look
 from reference.walking import free_for, targets
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.guides import Sweep
 from reference.world import (
@@ -1192,7 +1192,7 @@ def test_who_sees_farther_gets_out_no_less():
         rule = Scenario(sight_range=metres)
         seeds = range(91_001, 91_041)
         runs = [Simulation(shipped("paper"), rule, seed=seed) for seed in seeds]
-        to_the_end(runs)
+        run_to_end(runs)
         outcomes = [run.outcome() for run in runs]
         out = np.mean([outcome.evacuated / outcome.people for outcome in outcomes])
         assert out > max(saved, default=0) - 0.05

@@ -14,7 +14,7 @@ from reference.paper import InputError, Scenario
 from reference.robots import actual_target
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.engine import to_the_end, together
+from reference.workshop.engine import run_to_decision, run_to_end
 from reference.workshop.measuring import branching
 from reference.workshop.measuring.branching import (
     TO_RIM,
@@ -116,7 +116,7 @@ def test_a_network_that_is_asked_once_for_all_futures_decides_as_alone():
     sim = Simulation(shipped("paper"), Scenario(time_limit=120.0), robots, fire, 1)
     with one_thread():
         for _ in range(18):
-            together([sim])
+            run_to_decision([sim])
         some = [future_of(sim, seed) for seed in (1, 2)]
         alone = [future_of(sim, seed) for seed in (1, 2)]
         for run in alone:
@@ -202,7 +202,7 @@ def test_what_changes_nothing_is_not_played_again(monkeypatch):
 def test_robots_that_search_lead_to_the_exit_that_is_near_enough():
     """A team that never leads anybody saves nobody."""
     usual = hall()
-    to_the_end([usual])
+    run_to_end([usual])
     searching = hall()
     chosen = play_searching(searching, 4, (1, 2), np.random.default_rng(1))
     assert chosen == 1
@@ -235,7 +235,7 @@ def test_it_finds_where_a_guard_would_stand():
     fire = strategy_named("fixed", "fire")
     sim = Simulation(shipped("paper"), Scenario(), robots, fire, 100_000)
     for _ in range(6):
-        together([sim])
+        run_to_decision([sim])
     (robot, *_) = sim.world.robots
     worth = worth_of(sim, robot, 1, ((1, 2), (3, 4, 5, 6), (7, 8, 9, 10)))
     assert (worth.best.kind, worth.best.point) == (TO_RIM, (17.5, -11.5))

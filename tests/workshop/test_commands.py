@@ -30,7 +30,7 @@ from reference.workshop.commands.common import format_figure
 from reference.workshop.commands.options import LEAST_PEOPLE, MOST_PEOPLE
 from reference.workshop.comparing.matches import begin_evaluation
 from reference.workshop.comparing.named import PLAYER_NAMES
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.maps.generated import generated_text
 from reference.workshop.measuring import bench
 from reference.workshop.storage.files import (
@@ -410,7 +410,7 @@ def test_the_first_looks_film_shows_from_its_middle_on_what_guides_are_worth():
     matches = [(*pair, evacuation.CHOSEN_SEED) for pair in evacuation.FILMED]
     times = []
     for run in evaluation.simulations(matches):
-        to_the_end([run])
+        run_to_end([run])
         times.append([e.time for e in run.events if isinstance(e, Evacuated)])
     moments = np.arange(20, 201, 5)
     alone, led = (np.searchsorted(out, moments, "right") for out in times)

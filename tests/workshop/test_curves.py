@@ -379,7 +379,7 @@ def test_there_are_no_levels_where_tasks_differ(tasks, why):
 
 def test_there_are_no_levels_without_the_engine(monkeypatch):
     """The book would take a minute for them."""
-    monkeypatch.setattr(levels, "knows_all_rules", lambda: False)
+    monkeypatch.setattr(levels, "engine_is_ready", lambda: False)
     assert "engine" in levels.why_no_levels([task_with()])
 
 

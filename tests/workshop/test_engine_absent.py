@@ -91,7 +91,7 @@ def test_a_numba_without_an_option_that_the_engine_needs_is_as_good_as_none():
 @pytest.fixture
 def book_alone(monkeypatch):
     """A function: from here on the engine stands aside."""
-    return lambda: monkeypatch.setattr(engine, "knows_all_rules", lambda: False)
+    return lambda: monkeypatch.setattr(engine, "engine_is_ready", lambda: False)
 
 
 def test_a_training_begun_with_the_engine_ends_with_the_book(tmp_path, book_alone):
@@ -114,7 +114,7 @@ def test_a_training_begun_with_the_book_ends_with_the_engine(tmp_path, monkeypat
     apart = tmp_path / "apart"
     trained(begun(imitate="patrol"), whole, rounds=3)
     with monkeypatch.context() as patch:
-        patch.setattr(engine, "knows_all_rules", lambda: False)
+        patch.setattr(engine, "engine_is_ready", lambda: False)
         run_training(begun(imitate="patrol"), apart, InProcess(), lambda: True)
         trained(Training.resumed(load_checkpoint(apart)), apart, rounds=1)
     trained(Training.resumed(load_checkpoint(apart)), apart, rounds=2)

@@ -55,7 +55,7 @@ def stepped(ticks: int = 120, **kw: Any) -> Simulation:
     return run
 
 
-def to_the_end(run: Simulation) -> Simulation:
+def run_to_end(run: Simulation) -> Simulation:
     """Run to the end by the engine."""
     advance(run, 100_000)
     return run
@@ -73,8 +73,8 @@ def test_many_futures_of_one_moment_are_alike_and_leave_it_as_it_is() -> None:
     book = stepped()
     book.run()
     for twin in twins:
-        assert unlike(book, to_the_end(twin)) == ""
-    assert unlike(book, to_the_end(run)) == ""
+        assert unlike(book, run_to_end(twin)) == ""
+    assert unlike(book, run_to_end(run)) == ""
 
 
 def test_a_copy_is_of_arrays_and_costs_less_than_fifty_ticks() -> None:
@@ -103,7 +103,7 @@ def test_a_copy_of_the_world_alone_starts_another_simulation() -> None:
         assert not np.shares_memory(world.bodies.health, run.world.bodies.health)
     compiled, book = futures
     book.run()
-    assert unlike(book, to_the_end(compiled)) == ""
+    assert unlike(book, run_to_end(compiled)) == ""
 
 
 def test_simulations_are_pickled_with_their_minds() -> None:
@@ -111,7 +111,7 @@ def test_simulations_are_pickled_with_their_minds() -> None:
     run = played()
     twin = pickle.loads(pickle.dumps(run))
     assert type(twin.world.minds) is list
-    assert unlike(to_the_end(run), to_the_end(twin)) == ""
+    assert unlike(run_to_end(run), run_to_end(twin)) == ""
 
 
 def test_a_world_that_the_engine_plays_is_a_world() -> None:
@@ -146,7 +146,7 @@ def test_minds_are_a_list_that_may_be_replaced() -> None:
         one.world.minds = [deepcopy(mind) for mind in one.world.minds]
     assert unlike(book, run) == ""
     book.run()
-    assert unlike(book, to_the_end(run)) == ""
+    assert unlike(book, run_to_end(run)) == ""
 
 
 class Reader(RandomRobots):
@@ -169,7 +169,7 @@ def test_a_strategy_reads_and_changes_minds_in_a_decision() -> None:
     runs = [Simulation(load("tiny"), Scenario(), Reader(), None, 4) for _ in range(2)]
     book, run = runs
     book.run()
-    assert unlike(book, to_the_end(run)) == ""
+    assert unlike(book, run_to_end(run)) == ""
     assert run.robot_strategy.read == book.robot_strategy.read  # type: ignore[attr-defined]
 
 
@@ -192,7 +192,7 @@ def test_a_number_of_the_paper_that_changes_between_two_calls_is_heard(
     book = stepped()
     monkeypatch.setattr(paper, name, value)
     book.run()
-    assert unlike(book, to_the_end(run)) == ""
+    assert unlike(book, run_to_end(run)) == ""
 
 
 def test_another_sight_is_heard() -> None:
@@ -202,7 +202,7 @@ def test_another_sight_is_heard() -> None:
     for one in (run, book):
         one.sight = sight_of(one.building, 4.0)
     book.run()
-    assert unlike(book, to_the_end(run)) == ""
+    assert unlike(book, run_to_end(run)) == ""
 
 
 def test_a_simulation_goes_when_nobody_holds_it() -> None:
@@ -239,7 +239,7 @@ def test_a_strategy_may_hang_something_on_bodies():
     run = played()
     run.world.bodies.visited = run.world.bodies.place.copy()
     visited = run.world.bodies.visited.copy()
-    assert unlike(to_the_end(stepped()), to_the_end(run)) == ""
+    assert unlike(run_to_end(stepped()), run_to_end(run)) == ""
     assert np.array_equal(run.world.bodies.visited, visited)
 
 
@@ -250,7 +250,7 @@ def test_a_world_that_was_replaced_stays_as_it_was():
     frozen = deepcopy(before)
     run.world = deepcopy(before)
     health = run.world.bodies.health
-    assert unlike(to_the_end(stepped()), to_the_end(run)) == ""
+    assert unlike(run_to_end(stepped()), run_to_end(run)) == ""
     assert np.array_equal(before.bodies.health, frozen.bodies.health)
     assert not np.array_equal(before.bodies.health, health)
     assert list(before.minds) == list(frozen.minds)
@@ -267,8 +267,8 @@ def test_an_array_that_was_replaced_stays_as_it_was():
     for one in (book, run):
         one.world.bodies.health = one.world.bodies.health + 1
     as_it_was = old[1].copy()
-    to_the_end(book)
-    to_the_end(run)
+    run_to_end(book)
+    run_to_end(run)
     assert unlike(book, run) == ""
     assert np.array_equal(old[1], as_it_was)
     assert np.array_equal(held[0][1], held[1][1])
@@ -280,13 +280,13 @@ def test_a_strategy_may_wait_for_threads_that_play():
     class Asks(RandomRobots):
         def decide(self, world, robots, rng):
             with ThreadPoolExecutor(2) as pool:
-                ends = pool.map(to_the_end, [begun(people=3) for _ in range(2)])
+                ends = pool.map(run_to_end, [begun(people=3) for _ in range(2)])
             self.ends = [end.ticks for end in ends]
             return super().decide(world, robots, rng)
 
     run = begun(people=3, time_limit=6.0)
     run.robot_strategy = Asks()
-    to_the_end(run)
+    run_to_end(run)
     assert len(set(run.robot_strategy.ends)) == 1
 
 

@@ -141,7 +141,7 @@ def test_nobody_is_played_too() -> None:
     """An empty building is done at once."""
     book, other = both(people=0)
     book.run()
-    engine.to_the_end([other])
+    engine.run_to_end([other])
     assert unlike(book, other) == ""
 
 
@@ -262,7 +262,7 @@ def test_copies_at_any_moment_go_on_like_the_one_copied() -> None:
     while not run.done:
         by_engine = run.copy()
         by_book = run.copy()
-        engine.to_the_end([by_engine])
+        engine.run_to_end([by_engine])
         by_book.run()
         assert unlike(book, by_engine) == unlike(book, by_book) == ""
         advance(run, 41)
@@ -278,7 +278,7 @@ def test_a_simulation_goes_through_a_pickle_in_the_middle() -> None:
             book.step()
         run = pickle.loads(pickle.dumps(run))
         assert unlike(book, run) == ""
-    engine.to_the_end([run])
+    engine.run_to_end([run])
     book.run()
     assert unlike(book, run) == ""
 

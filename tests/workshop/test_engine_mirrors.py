@@ -152,7 +152,7 @@ def test_a_rule_without_a_mirror_says_where_to_name_it() -> None:
 
 def outcome_of(run: Simulation) -> Any:
     """What comes of a run, as `evaluate` plays it."""
-    engine.to_the_end([run])
+    engine.run_to_end([run])
     return run.outcome()
 
 
@@ -238,15 +238,15 @@ def test_the_engine_stands_aside_where_a_rule_or_a_constant_has_changed(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """At once, saying so once; and plays again when the rule is back."""
-    assert engine.knows_all_rules()
+    assert engine.engine_is_ready()
     capsys.readouterr()
     monkeypatch.setattr(where, name, other, raising=False)
     for _ in range(3):
-        assert engine.knows_all_rules() is not bool(said)
+        assert engine.engine_is_ready() is not bool(said)
     told = capsys.readouterr().err
     assert told.count("the book plays, by your rule") == bool(said) and said in told
     monkeypatch.undo()
-    assert engine.knows_all_rules()
+    assert engine.engine_is_ready()
 
 
 @pytest.mark.usefixtures("engine_plays")
@@ -255,7 +255,7 @@ def test_the_note_names_three_rules_and_what_to_do(
 ) -> None:
     """In one line."""
     monkeypatch.setattr(humans.LEADER, "setoff", nobody_suits, raising=False)
-    assert not engine.knows_all_rules()
+    assert not engine.engine_is_ready()
     assert capsys.readouterr().err == (
         "humans.LEADER, which humans.think reads, is not the rule that the engine was "
         "compiled from: the book plays, by your rule, several times slower. "
@@ -263,7 +263,7 @@ def test_the_note_names_three_rules_and_what_to_do(
     )
     for name in ("forget", "arrive", "decide", "pass_landmark"):
         monkeypatch.setattr(humans, name, never_stuck)
-    assert not engine.knows_all_rules()
+    assert not engine.engine_is_ready()
     told = capsys.readouterr().err
     assert told.count("\n") == 1
     assert ", ... are not the rules" in told
@@ -337,7 +337,7 @@ def test_what_the_book_and_the_engine_keep_in_a_simulation_is_no_change() -> Non
         run.step()
     assert "in_line" in vars(run.sight)
     assert engine.is_the_books(run)
-    engine.together([run])
+    engine.run_to_decision([run])
     assert engine.is_the_books(run)
     with quick_ways(run.navigation):
         assert engine.is_the_books(run)

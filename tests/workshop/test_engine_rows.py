@@ -9,7 +9,7 @@ pytest.importorskip("numba")
 from reference.building import Kind
 from reference.navigation import navigation_of
 from reference.rays import Sight, sight_of
-from reference.workshop.engine import knows_all_rules
+from reference.workshop.engine import engine_is_ready
 from reference.workshop.engine.rows import (
     GROUND,
     IN_LINE,
@@ -71,7 +71,7 @@ def compare(sight: Sight, tables: Tables, p: int, holes: frozenset[int]) -> None
 @pytest.mark.parametrize("name", ["tiny", "museum", "school", "lot"])
 def test_a_row_is_what_the_book_sees(name, reach):
     """From a sample of places, through no holes, some doors and all of them."""
-    assert knows_all_rules()
+    assert engine_is_ready()
     building = generated(11, 40, 18, 3) if name == "lot" else shipped(name)
     sight = sight_of(building, reach)
     tables = Tables(sight)
@@ -89,7 +89,7 @@ def test_a_row_is_what_the_book_sees(name, reach):
 @pytest.mark.parametrize("reach", [2.0, 9.5, 400.0])
 def test_rays_are_cast_as_by_the_book(reach):
     """The same tables, in buildings of odd shapes, at any range."""
-    assert knows_all_rules()
+    assert engine_is_ready()
     for building in (shipped("school"), generated(12, 31, 17, 2)):
         book = Sight(building, reach)
         again = Sight(building, reach)

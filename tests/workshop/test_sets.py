@@ -319,7 +319,7 @@ def test_sets_and_guides_guess_alike_who_leads_whom():
     nav = navigation_of(sim.building)
     several = 0
     while sim.world.time < 60:
-        engine.together([sim])
+        engine.run_to_decision([sim])
         world = sim.world
         moment = moment_of(sim)
         view = SetView(

@@ -11,7 +11,7 @@ from reference.learning.rollouts import Job, play
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import set_up_match
-from reference.workshop.engine import to_the_end, together
+from reference.workshop.engine import run_to_decision, run_to_end
 from reference.workshop.maps import load, to_text
 from reference.workshop.strategies import SCRIPTS
 from reference.workshop.strategies.guides import Sweep
@@ -45,7 +45,7 @@ def same_end(alone: list[Simulation], others: list[Simulation]) -> bool:
     """Run the first ones by the book, the others together; do all end the same?"""
     for run in alone:
         run.run()
-    to_the_end(others)
+    run_to_end(others)
     return [everything(run) for run in others] == [everything(run) for run in alone]
 
 
@@ -85,9 +85,9 @@ def test_a_copy_of_a_simulation_that_runs_with_others_is_its_own():
     """It may run on alone."""
     lone = runs("tiny", "sweep", "random", time_limit=30.0)
     some = runs("tiny", "sweep", "random", time_limit=30.0)
-    together(some)
+    run_to_decision(some)
     copies = [run.copy() for run in some]
-    to_the_end(some)
+    run_to_end(some)
     assert same_end(copies, lone)
 
 
@@ -125,7 +125,7 @@ def test_episodes_are_the_same_whoever_steps_the_worlds(head):
     }
     job = Job(plan, settings.scenario, **sides, seeds=(1, 2, 3))
     alone = play(job)
-    others = play(job, advance=together)
+    others = play(job, advance=run_to_decision)
     for one, other in zip(alone, others, strict=True):
         assert one.facts == other.facts
         for side in sides:

@@ -9,7 +9,7 @@ from movies import shipped
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.engine import together
+from reference.workshop.engine import run_to_decision
 from reference.workshop.measuring.variance import (
     LATER,
     MATES,
@@ -75,7 +75,7 @@ def test_the_same_action_in_the_same_future_saves_the_same():
     run = Simulation(shipped("paper"), Scenario(), robots, fire, 4)
     with one_thread():
         for _ in range(5):
-            together([run])
+            run_to_decision([run])
         decided = robots.player.act
         robot = run.world.robots[0]
 

@@ -137,7 +137,7 @@ def test_robots_go_round_flames_whatever_these_cost(
         for _ in range(2)
     )
     book.run()
-    engine.to_the_end([other])
+    engine.run_to_end([other])
     assert book.events == other.events
     assert [robot.way for robot in book.world.robots] == [
         robot.way for robot in other.world.robots

@@ -103,7 +103,7 @@ def test_its_cost_is_linear_in_the_number_of_decisions(monkeypatch):
     """Four futures at most at every decision, whatever was decided before."""
     begun = []
     monkeypatch.setattr(
-        "reference.workshop.strategies.worst_case.to_the_end",
+        "reference.workshop.strategies.worst_case.run_to_end",
         lambda futures: begun.append(len(futures)),
     )
     for sources in (0, 1, 2):

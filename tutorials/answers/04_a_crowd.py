@@ -8,7 +8,7 @@ each say the same, 79 and 89 %.
 from reference import Scenario, Simulation, load
 from reference.fire import NoFire
 from reference.robots import NoRobots
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 
 institute = load("paper")
 STARTS = {
@@ -19,7 +19,7 @@ for name, scenario in STARTS.items():
     runs = [
         Simulation(institute, scenario, NoRobots(), NoFire(), seed) for seed in range(8)
     ]
-    to_the_end(runs)
+    run_to_end(runs)
     out = [run.outcome().evacuated for run in runs]
     print(f"{name + ':':<19} {out}, {sum(out)} of 320 get out")
 #> in one room:        [30, 31, 32, 29, 31, 34, 32, 38], 257 of 320 get out

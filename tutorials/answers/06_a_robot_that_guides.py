@@ -11,7 +11,7 @@ from reference import Simulation, load
 from reference.fire import RandomFire
 from reference.navigation import navigation_of
 from reference.robots import flame_cost, followers_of
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.strategies.guides import unguided
 
 institute = load("paper")
@@ -58,7 +58,7 @@ fire = RandomFire()
 shepherds = [Shepherd(enough) for enough in (1, 2, 3, 5)]
 for robots in (*shepherds, OnFoot(1), OnFoot(2)):
     runs = [Simulation(institute, None, robots, fire, seed) for seed in range(4)]
-    to_the_end(runs)
+    run_to_end(runs)
     out = [run.outcome().evacuated for run in runs]
     name = f"{type(robots).__name__}({robots.enough})"
     print(f"{name:<11} {out}, {sum(out)} of 160 get out")

@@ -10,7 +10,7 @@ from reference import Scenario, Simulation
 from reference.building import building_of
 from reference.fire import RandomFire, free_places
 from reference.navigation import navigation_of
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.strategies.guides import Sweep
 
 PLAN = """
@@ -59,7 +59,7 @@ for name, plan in PLANS.items():
             Simulation(building, evening, Sweep(), fire, seed)
             for seed in range(1000, 1024)
         ]
-        to_the_end(runs)
+        run_to_end(runs)
         out = sum(run.outcome().evacuated for run in runs)
         print(f"{name}, {type(fire).__name__}: {out} of 192 get out")
 #> one exit, RandomFire: 155 of 192 get out

@@ -7,7 +7,7 @@ does not stop a fire that looks.
 
 from reference import Scenario, Simulation, load
 from reference.robots import NoRobots
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.fires import CloserFire
 from reference.workshop.strategies.guard import Guard
@@ -24,7 +24,7 @@ for name, robots in guides.items():
         for seed in range(8)
     ]
     with one_thread():
-        to_the_end(runs)
+        run_to_end(runs)
     saved = sum(run.outcome().evacuated for run in runs) / (40 * len(runs))
     print(f"`{name}` saves {saved:.0%} under `closer`")
 #> `observer` saves 79% under `closer`

@@ -7,7 +7,7 @@ learned came nearer to it without being told: the fire has shown them the place.
 
 from reference import Scenario, Simulation
 from reference.building import building_of
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.strategies.fires import FixedFire
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import Escort
@@ -39,7 +39,7 @@ for name, place in {"mouth": MOUTH, "door": DOOR}.items():
             Simulation(cellar, evening, guides, FixedFire([place]), seed)
             for seed in range(24)
         ]
-        to_the_end(runs)
+        run_to_end(runs)
         out = sum(run.outcome().evacuated for run in runs)
         print(f"{name}, {type(guides).__name__}: {out} of 288 get out")
 #> mouth, Escort: 235 of 288 get out

@@ -26,7 +26,7 @@ from reference.building import Building
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.maps import load
 from reference.workshop.measuring.halls import build_floors
 
@@ -71,7 +71,7 @@ def our_speed(building: Building, people: int) -> float:
     for _ in range(2):  # the first time warms up
         runs = [begin(building, people, seed) for seed in range(WORLDS)]
         start = process_time()
-        to_the_end(runs)
+        run_to_end(runs)
         seconds = process_time() - start
     return sum(run.person_seconds for run in runs) / seconds
 

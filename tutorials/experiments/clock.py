@@ -36,13 +36,14 @@ MINIBATCHES = 4  # of a measured update, at least
 
 
 def engine_of_this_checkout() -> Any:
-    """Return the module that has `together` and `to_the_end`; lockstep in old ones."""
+    """Return the module that has `run_to_decision` and `run_to_end`, by these names."""
     try:
         from reference.workshop import engine
     except ImportError:
-        from reference.workshop import lockstep
-
-        return lockstep
+        from reference.workshop import lockstep as engine
+    if not hasattr(engine, "run_to_end"):  # as they were called before
+        engine.run_to_decision = engine.together
+        engine.run_to_end = engine.to_the_end
     return engine
 
 
@@ -63,7 +64,7 @@ def tick(
 
     building = load("paper")
     scenario = Scenario(people=people, time_limit=seconds)
-    play = each_alone if alone else engine_of_this_checkout().to_the_end
+    play = each_alone if alone else engine_of_this_checkout().run_to_end
 
     for _ in range(2):  # the first time warms up
         worlds = []
@@ -104,7 +105,7 @@ def rollouts(name: str) -> float:
     with one_thread():
         for _ in range(2):  # the first time warms up
             start = process_time()
-            played = play(job, advance=engine_of_this_checkout().together)
+            played = play(job, advance=engine_of_this_checkout().run_to_decision)
             cost = process_time() - start
     return 1e6 * cost / sum(life.steps for life in lives_of(played, "robots"))
 
@@ -119,7 +120,7 @@ def update(name: str, side: str) -> float:
     settings = learner.settings
     with one_thread():
         jobs = training.jobs()
-        advance = engine_of_this_checkout().together
+        advance = engine_of_this_checkout().run_to_decision
         played = [e for job in jobs for e in play(job, advance=advance)]
         lives = lives_of(played, side)
         steps = sum(life.steps for life in lives)
@@ -179,7 +180,7 @@ def first_decision() -> float:
 
     run = Simulation(load("tiny"))
     start = sum(os.times()[:4])
-    engine_of_this_checkout().together([run])
+    engine_of_this_checkout().run_to_decision([run])
     return sum(os.times()[:4]) - start
 
 

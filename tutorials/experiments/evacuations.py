@@ -6,7 +6,7 @@ Imported by scripts that ask how many people are saved.
 import numpy as np
 
 from reference import Simulation, load
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.storage.workers import one_thread
 
 
@@ -14,7 +14,7 @@ def played(robots, fire, seeds, scenario=None):
     """Play an evacuation of each seed to its end, with copies of both strategies."""
     runs = [Simulation(load("paper"), scenario, robots, fire, seed) for seed in seeds]
     with one_thread():
-        to_the_end(runs)
+        run_to_end(runs)
     return runs
 
 

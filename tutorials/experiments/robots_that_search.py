@@ -25,7 +25,7 @@ from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.results import align_columns
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.measuring.branching import FUTURES, play_searching
 from reference.workshop.storage.workers import one_thread
 
@@ -70,7 +70,7 @@ def measured(job):
     began = process_time()
     with one_thread():
         own = begun(job)
-        to_the_end([own])
+        run_to_end([own])
         searching = begun(job)
         rng = np.random.default_rng([job.seed, 2])
         futures = [int(number) for number in job.futures.split("+")]

@@ -18,7 +18,7 @@ from reference.learning.rollouts import Job, play
 from reference.paper import InputError
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
-from reference.workshop.engine import make_ready, together
+from reference.workshop.engine import make_ready, run_to_decision
 from reference.workshop.storage.workers import (
     chunks,
     map_in_order,
@@ -39,7 +39,7 @@ def played(jobs):
     lives = []
     with one_thread():
         for job in jobs:
-            lives += [episode.robots for episode in play(job, advance=together)]
+            lives += [episode.robots for episode in play(job, advance=run_to_decision)]
     return lives
 
 

@@ -33,7 +33,7 @@ from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.drawing import page
-from reference.workshop.engine import together
+from reference.workshop.engine import run_to_decision
 from reference.workshop.measuring.branching import (
     CHOICE_KINDS,
     FUTURES,
@@ -135,7 +135,7 @@ def decision_drawn(job, rng):
         if team:
             now = run.copy()
             found += [Drawn(now, robot, to) for robot, to in team.items()]
-        together([run])
+        run_to_decision([run])
     return found[rng.integers(len(found))] if found else None
 
 

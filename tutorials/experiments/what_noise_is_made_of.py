@@ -19,7 +19,7 @@ from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.engine import make_ready, together
+from reference.workshop.engine import make_ready, run_to_decision
 from reference.workshop.measuring.variance import (
     OWN,
     PARTS,
@@ -52,7 +52,7 @@ def results_at(robots, fire, seed):
         if team:
             now = run.copy()
             found += [(now, robot) for robot in team]
-        together([run])
+        run_to_decision([run])
     now, robot = found[rng.integers(len(found))]
     futures = rng.integers(2**62, size=FUTURES).tolist()
     return crossed(now, now.world.robots[robot], ACTIONS, rng, futures)

@@ -17,7 +17,7 @@ from reference.navigation import navigation_of
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.named import strategy_named
-from reference.workshop.engine import together
+from reference.workshop.engine import run_to_decision
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.guides import guided_by
 from reference.world import Fate
@@ -76,7 +76,7 @@ def evacuations(team, fire, seeds):
         while going:
             for one in going:
                 one.note(scenario.decision_seconds)
-            together([one.run for one in going])
+            run_to_decision([one.run for one in going])
             going = [one for one in going if not one.run.done]
     return notes
 

@@ -25,7 +25,7 @@ from reference.navigation import navigation_of
 from reference.simulation import Simulation
 from reference.workshop.comparing import matches
 from reference.workshop.comparing.matches import Arena, Evaluation, RunKey
-from reference.workshop.engine import make_ready, to_the_end
+from reference.workshop.engine import make_ready, run_to_end
 from reference.workshop.storage.files import Table, make_folder, read_number, read_table
 from reference.workshop.storage.progress import Pace
 from reference.workshop.storage.workers import chunks, import_early, map_as_done
@@ -152,7 +152,7 @@ def play_runs(job: tuple[Evaluation, tuple[RunKey, ...]]) -> list[RunResult]:
 def _play(run: RunKey, simulation: Simulation) -> RunResult:
     """Play a run to its end, and sum it up."""
     people = people_in(simulation.world)
-    to_the_end([simulation])
+    run_to_end([simulation])
     arrival = arrival_of(simulation)
     h = difficulty(simulation.building, arrival, people, simulation.scenario)
     out = [event.time for event in simulation.events if isinstance(event, Evacuated)]

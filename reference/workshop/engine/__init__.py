@@ -27,16 +27,16 @@ WHAT_TO_DO = "To go on fast: pytest tests/workshop/test_engine_mirrors.py"
 ONE_ASKS = RLock()  # for the rules; meanwhile other threads wait
 
 
-def together(runs: Sequence[Simulation]) -> None:
+def run_to_decision(runs: Sequence[Simulation]) -> None:
     """Run simulations to their next decision or end."""
-    engine = knows_all_rules()
+    engine = engine_is_ready()
     for run in runs:
         _play(run, run.decision_ticks, engine)
 
 
-def to_the_end(runs: Sequence[Simulation]) -> None:
+def run_to_end(runs: Sequence[Simulation]) -> None:
     """Run simulations to their end."""
-    engine = knows_all_rules()
+    engine = engine_is_ready()
     for run in runs:
         _play(run, sys.maxsize, engine)
 
@@ -107,7 +107,7 @@ def quick_searches(nav: Navigation) -> Iterator[None]:
 
     It is where evacuations were played by it before; nobody waits for it here.
     """
-    if not _make_ready.cache_info().currsize or not knows_all_rules():
+    if not _make_ready.cache_info().currsize or not engine_is_ready():
         yield
         return
     from reference.workshop.engine.ways import quick_ways
@@ -118,10 +118,10 @@ def quick_searches(nav: Navigation) -> Iterator[None]:
 
 def make_ready() -> None:
     """Compile, or load what was compiled before: workers find it then."""
-    knows_all_rules()
+    engine_is_ready()
 
 
-def knows_all_rules() -> bool:
+def engine_is_ready() -> bool:
     """Is numba there, and is every rule the one that the engine was written from?"""
     with ONE_ASKS:
         rules = _rules()

@@ -345,7 +345,7 @@ def cast_rays(sight: Sight, clear: np.ndarray) -> None:
 def sight_made_quickly(building: Building, reach: float) -> Sight:
     """The book's Sight, with rays cast by compiled code: equal tables.
 
-    Only where `knows_all_rules`: whoever has replaced the book's method keeps theirs.
+    Only where `engine_is_ready`: whoever has replaced the book's method keeps theirs.
     """
     kind: Any = Sight
     book = kind._cast_everywhere

@@ -121,7 +121,7 @@ def why_no_engine() -> str:
     """Say why the engine stands aside; "" where it plays."""
     if find_spec("numba") is None:
         return "numba is not installed"
-    return "" if engine.knows_all_rules() else "see what it said above"
+    return "" if engine.engine_is_ready() else "see what it said above"
 
 
 # -- Compilation --------------------------------------------------------------------
@@ -129,11 +129,11 @@ def why_no_engine() -> str:
 FIRST_DECISION = """
 from os import times
 from reference.simulation import Simulation
-from reference.workshop.engine import together
+from reference.workshop.engine import run_to_decision
 from reference.workshop.maps import load
 run = Simulation(load("tiny"))
 start = sum(times()[:4])
-together([run])
+run_to_decision([run])
 print(sum(times()[:4]) - start)
 """
 """A process that prints how many CPU seconds the engine takes to begin: its own, and
@@ -170,7 +170,7 @@ def _measure_runs(
     ticks: Figures = {"book": None, "engine": None}
     speeds: Figures = {"book": None, "engine": None}
     # warm up: what is seen from where, and compilation
-    engine.to_the_end(_begin(building, asked, seed))
+    engine.run_to_end(_begin(building, asked, seed))
 
     for player in _players():
         runs = _begin(building, asked, seed)
@@ -200,7 +200,7 @@ def _run_each(runs: Sequence[Simulation]) -> None:
 
 _TO_THE_END: dict[str, Callable[[Sequence[Simulation]], None]] = {
     "book": _run_each,
-    "engine": engine.to_the_end,
+    "engine": engine.run_to_end,
 }
 
 
@@ -213,7 +213,7 @@ def _players() -> list[str]:
 
 _ADVANCE: dict[str, Advance] = {
     "book": until_next_decision,
-    "engine": engine.together,
+    "engine": engine.run_to_decision,
 }
 
 
@@ -226,7 +226,7 @@ def _measure_learning(
     decisions: Figures = {"book": None, "engine": None}
     with one_thread():
         # warm up
-        play(replace(jobs[0], seeds=jobs[0].seeds[:1]), advance=engine.together)
+        play(replace(jobs[0], seeds=jobs[0].seeds[:1]), advance=engine.run_to_decision)
 
         for player in _players():
             decisions[player], played = _measure_rollouts(jobs, _ADVANCE[player])

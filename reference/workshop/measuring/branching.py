@@ -32,7 +32,7 @@ from reference.robots import (
 )
 from reference.simulation import Simulation
 from reference.workshop.anchors.frame import KEEP, WAIT, RobotView, robot_destinations
-from reference.workshop.engine import together
+from reference.workshop.engine import run_to_decision
 from reference.workshop.strategies.worst_case import another_future
 from reference.world import Robot, World
 
@@ -263,7 +263,7 @@ def play_to_the_end(
     while going := [run for run in going if not run.done]:
         for side, player in players.items():
             _ask(side, player, going, sample and side == "robots")
-        together(going)
+        run_to_decision(going)
 
 
 def _ask(side: Side, player: Any, runs: Sequence[Simulation], sample: bool) -> None:
@@ -391,7 +391,7 @@ def play_searching(
         passed += 1
 
         run.robot_strategy = held
-        together([run])
+        run_to_decision([run])
         run.robot_strategy = team
     return chosen
 

@@ -24,7 +24,7 @@ from reference.paper import Scenario
 from reference.rewards import group_reward
 from reference.robots import Destinations, NoRobots, RobotStrategy
 from reference.simulation import Simulation
-from reference.workshop.engine import to_the_end
+from reference.workshop.engine import run_to_end
 from reference.workshop.strategies.fires import BusiestFire, busiest
 from reference.workshop.strategies.observed import known_map_of
 from reference.world import Robot, World
@@ -153,7 +153,7 @@ def _worst_try(world: World, scenario: Scenario, tries: Sequence[Any], rng: Rng)
     futures = [
         another_future(world, scenario, robots, fire, seed) for robots, fire in tries
     ]
-    to_the_end(futures)
+    run_to_end(futures)
     return int(np.argmin([group_reward(future.events) for future in futures]))
 
 

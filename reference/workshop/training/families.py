@@ -16,7 +16,7 @@ from reference.learning.rollouts import Job
 from reference.paper import InputError
 from reference.workshop import maps
 from reference.workshop.anchors.known_ways import known_ways_of
-from reference.workshop.engine import knows_all_rules
+from reference.workshop.engine import engine_is_ready
 from reference.workshop.maps.generated import generated_text
 from reference.workshop.strategies.observed import known_map_of
 
@@ -187,7 +187,7 @@ def prepare(job: Job) -> None:
     """Make the tables of a job's building, which are kept for a few buildings."""
     building = building_of(job.plan)
     reach = job.scenario.sight_range
-    if knows_all_rules():
+    if engine_is_ready():
         from reference.workshop.engine.rows import sight_made_quickly  # numba
         from reference.workshop.engine.tables import tables_of
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from reference.learning.players import LearnedNetwork
 from reference.learning.rollouts import Episode, Job, play
-from reference.workshop.engine import knows_all_rules, together
+from reference.workshop.engine import engine_is_ready, run_to_decision
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.workshop.training.checkpoints import Task, player_names
 from reference.workshop.training.summaries import (
@@ -34,7 +34,7 @@ def why_no_levels(tasks: Sequence[Task]) -> str:
         return "their buildings are drawn by lot"
     if len({_played(task) for task in tasks}) > 1:
         return "they differ in building, scenario or fire"
-    if not knows_all_rules():
+    if not engine_is_ready():
         return "without the engine they would take long"
     return ""
 
@@ -79,7 +79,7 @@ def _episodes(task: Task, robots: str) -> list[Episode]:
             record=(),
         )
         jobs.append(job)
-    return [e for job in jobs for e in play(job, advance=together)]
+    return [e for job in jobs for e in play(job, advance=run_to_decision)]
 
 
 def _played(task: Task) -> tuple[Any, ...]:

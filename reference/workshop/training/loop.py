@@ -17,7 +17,7 @@ from tqdm import tqdm
 
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side
-from reference.workshop.engine import make_ready, together
+from reference.workshop.engine import make_ready, run_to_decision
 from reference.workshop.storage.files import make_folder
 from reference.workshop.storage.progress import Pace
 from reference.workshop.storage.records import SettingsError
@@ -100,7 +100,7 @@ def run_training(
 def _play(jobs: Sequence[Job]) -> list[Episode]:
     """Play a worker's share, with sums in the same order in a worker as here."""
     with one_thread():
-        return [e for job in jobs for e in play(job, advance=together)]
+        return [e for job in jobs for e in play(job, advance=run_to_decision)]
 
 
 class _Costs:
