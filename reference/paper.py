@@ -1,7 +1,7 @@
-"""The numbers of the paper's appendix, stated, derived or ours, with their clauses.
+"""The numbers of the paper's appendix, and the `Scenario` that varies some of them.
 
-Stated numbers carry only their clause; chosen ones and deviations say why they are
-what they are.
+Each has its clause. Stated numbers carry nothing else; chosen ones and deviations say
+why they are what they are.
 """
 
 from collections.abc import Callable, Sequence

@@ -336,9 +336,10 @@ def test_a_rung_of_the_ladder_is_told_as_kept(arm):
 def lines_of_any_map(name: str) -> list[str]:
     """Means over buildings, what `learned` lacks, and its share of what is gained."""
     kept = ROOT / "tutorials" / "tables" / f"{name}.json"
-    buildings = json.loads(kept.read_text("utf-8")).values()
+    buildings = json.loads(kept.read_text("utf-8"))
+    held_out = np.array([name.isdigit() for name in buildings])  # they are generated
     saved = {
-        (who, fire): np.array([means[f"{who} {fire}"] for means in buildings])
+        (who, fire): np.array([means[f"{who} {fire}"] for means in buildings.values()])
         for who, fire in product(("none", *GUIDES_ANYWHERE), ("none", *FIRES_ANYWHERE))
     }
     fires = ("none", *FIRES_ANYWHERE)
@@ -348,11 +349,12 @@ def lines_of_any_map(name: str) -> list[str]:
         lines.append(row(words, [f"{saved[who, fire].mean():.1f}" for fire in fires]))
 
     less = []
+    less_held_out = []
     shares = []
     for fire in fires:
-        found = interval_of_mean(saved["learned", fire] - saved["escort", fire])
-        ends = f"[{signed(found.low)}, {signed(found.high)}]"
-        less.append(f"{signed(found.mean)} {ends}")
+        lacks = saved["learned", fire] - saved["escort", fire]
+        less.append(with_interval(lacks))
+        less_held_out.append(with_interval(lacks[held_out]))
         gain_there = saved["escort", fire] - saved["none", fire]
         worth = gain_there >= 8
         own = saved["learned", fire] - saved["none", fire]
@@ -360,8 +362,15 @@ def lines_of_any_map(name: str) -> list[str]:
         shares.append(f"{share:.0f} % in {worth.sum()}")
     shares[0] += " buildings"
     lines.append(row("less `escort`", less))
+    lines.append(row("the same, in the 30 that are held out", less_held_out))
     lines.append(row("share of its gain where it gains 8 points", shares))
     return lines
+
+
+def with_interval(values: np.ndarray) -> str:
+    """A mean with its interval, as it is printed."""
+    mean, low, high = map(signed, interval_of_mean(values))
+    return f"{mean} [{low}, {high}]"
 
 
 GUIDES_ANYWHERE = ("sweep", "escort", "learned")
