@@ -161,7 +161,7 @@ def test_buildings_are_counted_for_each_number_of_decisions_apart(script, monkey
 
 
 def test_best_responses_of_other_lengths_are_others(script, monkeypatch):
-    """A fire of five decisions is not taken for one of seven."""
+    """A fire of five decisions is not taken for one of seven, nor of other robots."""
     best = script("best_responses")
     trained = []
 
@@ -169,14 +169,17 @@ def test_best_responses_of_other_lengths_are_others(script, monkeypatch):
         trained.append(folder)
 
     monkeypatch.setattr(best, "finish_training", note)
-    monkeypatch.setattr(best, "finished", lambda experiment, folder: {})
+    monkeypatch.setattr(best, "newest_checkpoint", lambda path: path / "newest.pt")
+    there = {"arm-0": Path("arm-0-1234abcd")}
+    monkeypatch.setattr(best, "finished", lambda experiment, folder: there)
     experiment = SimpleNamespace(
         preset="tiny", building="tiny", seeds=(0, 1), settings={}
     )
     for decisions in (5, 7):
         made = [*best.responses(experiment, Path("out"), decisions, 0)]
-        assert [fire for _, _, fire in made] == trained[-2:]
-    assert len(set(trained)) == 4
+        assert [fire for _, _, fire in made] == trained[-3:]
+        assert made[0][2].name == "arm-0-1234abcd"
+    assert len(set(trained)) == 6
 
 
 def test_where_nobody_dies_nothing_is_told_of_deaths(script, capsys):

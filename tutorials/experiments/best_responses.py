@@ -47,10 +47,8 @@ def responses(experiment, folder, decisions, workers_of_it):
     make_folder(out)
     settings = out / "settings.yaml"
     settings.write_text(SETTINGS.format(decisions=decisions), encoding="utf-8")
-    robots = {
-        name: str(newest_checkpoint(path))
-        for name, path in finished(experiment, folder).items()
-    }
+    trained = finished(experiment, folder)
+    robots = {name: str(newest_checkpoint(path)) for name, path in trained.items()}
     robots |= {f"{GUIDE}-{seed}": GUIDE for seed in experiment.seeds}
     scenario = experiment.settings.get("scenario", {})
     for name, word in robots.items():
@@ -59,8 +57,10 @@ def responses(experiment, folder, decisions, workers_of_it):
         begin += ["--settings", str(settings)]
         if scenario:
             begin += ["--scenario", *(f"{key}={of}" for key, of in scenario.items())]
-        finish_training(out / name, begin, workers_of_it)
-        yield name, word, out / name
+        # a training's folder has a digest of all that made it in its name
+        fire = out / (trained[name].name if name in trained else name)
+        finish_training(fire, begin, workers_of_it)
+        yield name, word, fire
 
 
 def main():
