@@ -327,7 +327,7 @@ class Training:
         losses = clone(self.learners["robots"], everything, epochs)
         self.imitated = len(self.shown) == self.settings.imitation_rounds
         if self.imitated:
-            self.shown = []  # it may be a gigabyte
+            self.shown = []  # it may be gigabytes
         when = {"side": "robots", "step": 0, "round": 0, "episodes": 0}
         return [{**when, "phase": "imitation", PRETRAINING: loss} for loss in losses]
 
