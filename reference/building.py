@@ -363,7 +363,10 @@ def _ways_of(building: Building, stairs_metres: float) -> nx.MultiDiGraph:
 
 
 def _can_leave(here: Area, mark: Landmark) -> bool:
-    """Do people leave an area by a landmark? Above they enter stairs, below no more."""
+    """Do people leave an area by a landmark?
+
+    By an entrance they leave a room upstairs, and stairs at their foot.
+    """
     return mark.kind is not Kind.ENTRANCE or (here.kind == "room") == mark.leads_out
 
 
