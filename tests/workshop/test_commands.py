@@ -725,6 +725,7 @@ def test_a_stop_after_all_is_done_does_not_change_the_status(number):
     [
         ("check tiny | sleep 0", 0, ""),
         ("check tiny > /dev/full", 1, "stdout: cannot be read or written (No space"),
+        ("-u check tiny > /dev/full", 1, "stdout: cannot be read or written (No sp"),
         ("train --help > /dev/full", 1, "No space left"),
         ("check tiny 2>&-", 0, ""),
         ("check nowhere 2>&-", 1, ""),
@@ -733,7 +734,10 @@ def test_a_stop_after_all_is_done_does_not_change_the_status(number):
 def test_ends_quietly_when_its_output_cannot_be_written(command, status, message):
     """A reader that has gone is no mistake; a full disk is told in one line."""
     env = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": ""}
-    line = f'"{sys.executable}" -m reference {command}'
+    option = ""
+    if command.startswith("-u "):  # nothing waits to be printed
+        option, command = command.split(" ", 1)
+    line = f'"{sys.executable}" {option} -m reference {command}'
     done = subprocess.run(line, shell=True, env=env, capture_output=True, text=True)
     assert done.returncode == status
     assert message in done.stderr

@@ -8,6 +8,7 @@ from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import ExitStack, contextmanager, suppress
+from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +31,15 @@ def exit_status(run: Callable[[], object]) -> int:
         try:
             run()
         finally:
-            _print_all()
+            sys.stdout.flush()
     except KeyboardInterrupt as stopped:  # its text, if any, says what is kept
         return complain(str(stopped) or STOPPED, 130)
     except NO_BUGS as error:
         _drop_unprinted()
         if isinstance(error, BrokenPipeError):  # `| head -1` has closed the pipe
             return 1
+        if isinstance(error, OSError) and error.errno == ENOSPC and not error.filename:
+            error.filename = "stdout"  # every other file is named
         status = 2 if isinstance(error, ContradictionError) else 1
         return complain(message_of(error) or "there is not enough memory", status)
     return 0
@@ -47,15 +50,6 @@ def complain(message: str, status: int) -> int:
     with suppress(OSError):  # stderr is closed
         print(message, file=sys.stderr)
     return status
-
-
-def _print_all() -> None:
-    """Let nothing wait to be printed. Raises OSError that names stdout."""
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        error.filename = "stdout"
-        raise
 
 
 def _drop_unprinted() -> None:
