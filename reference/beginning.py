@@ -92,7 +92,7 @@ def _make_bodies(
 ) -> Bodies:
     """Bodies of people in these places, with a pace drawn for each.
 
-    The last digit of few paces belongs to the platform: see `simulation`.
+    The last digit of few paces depends on the machine: see `simulation`.
     """
     n = len(place)
     pace = paper.WALKING_SPEED + paper.WALKING_SPREAD * rng.standard_normal(n)
@@ -121,16 +121,18 @@ def _make_bodies(
 def _starting_places(building: Building, scenario: Scenario, rng: Rng) -> np.ndarray:
     """Draw (n,) distinct places [B8], a count per floor or all in some rooms."""
     if scenario.rooms:
-        free = {"in these rooms": _cells_of_rooms(building, scenario.rooms)}
-        counts: tuple[int, ...] = (scenario.people,)
+        places = _cells_of_rooms(building, scenario.rooms)
+        groups = [("in these rooms", scenario.people, places)]
     else:
         cells = np.flatnonzero(building.kind == Kind.FLOOR)
         floor = cells // building.kind[0].size
-        free = {f"on floor {k + 1}": cells[floor == k] for k in range(building.floors)}
-        counts = scenario.start_counts(building.floors)
+        groups = [
+            (f"on floor {k + 1}", count, cells[floor == k])
+            for k, count in enumerate(scenario.start_counts(building.floors))
+        ]
 
     chosen = []
-    for (where, places), count in zip(free.items(), counts, strict=True):
+    for where, count, places in groups:
         if count > len(places):
             raise InputError(
                 f"{count} people do not fit {where} of '{building.title}'; there is "

@@ -44,7 +44,7 @@ class Area:
     """A room, or one storey of a stairwell.
 
     cells   (k, 2) rows and columns
-    centre  their mean, metres: outside the room, if that bends
+    centre  their mean, metres: perhaps outside a room that bends
     """
 
     index: int
@@ -243,11 +243,12 @@ class Building:
                     sides = [area.id for area in beside]
                     if kind is Kind.EXIT:
                         sides.append(OUTSIDE)
-                    stairs = [area.name for area in beside if area.name in shafts]
-                    down = any(shafts[letter][0].floor < floor for letter in stairs)
+                    leads_out = kind is Kind.EXIT
                     well = -1
                     if kind is Kind.ENTRANCE:
-                        well = list(shafts).index(stairs[0])
+                        letter = next(a.name for a in beside if a.kind == "stairwell")
+                        well = list(shafts).index(letter)
+                        leads_out = shafts[letter][0].floor < floor
                     mark = Landmark(
                         index=len(landmarks),
                         id=f"{floor + 1}/{kind.name.lower()}-{number}",
@@ -257,7 +258,7 @@ class Building:
                         position=self._middle(cells),
                         sides=tuple(sides),
                         stairwell=well,
-                        leads_out=kind is Kind.EXIT or down,
+                        leads_out=leads_out,
                     )
                     landmarks.append(mark)
         return tuple(landmarks)
@@ -276,9 +277,10 @@ class Building:
 
     def _areas_beside(self, floor: int, cells: np.ndarray) -> list[Area]:
         """The areas that share a side with any of these cells, in reading order."""
-        around = (cells[:, None] + [(-1, 0), (0, -1), (0, 1), (1, 0)]).reshape(-1, 2)
-        inside = np.clip(around, 0, np.array(self.signs.shape[1:]) - 1)
-        beside = np.unique(self.area[floor, *inside.T]).tolist()
+        mask = np.zeros(self.signs.shape[1:], dtype=bool)
+        mask[*cells.T] = True
+        around = ndimage.binary_dilation(mask)
+        beside = np.unique(self.area[floor, around]).tolist()
         return [self.areas[index] for index in beside if index >= 0]
 
     def _find_stairwells(self, shafts: dict[str, list[Area]]) -> tuple[Stairwell, ...]:

@@ -96,7 +96,7 @@ class Spread:
     def __init__(self, building: Building, scenario: Scenario, rng: Rng):
         """delays: (places, places) s, of each border that flames of `burnable` pass.
 
-        The last digit of few delays belongs to the platform: see `simulation`.
+        The last digit of few delays depends on the machine: see `simulation`.
         """
         self.building = building
         self.burn_seconds = scenario.burn_seconds

@@ -259,8 +259,10 @@ def look_again(me: Mind, observe: View) -> Goal:
         if not older:
             break
         ways = older
-    kept = me.goal.place in ways
-    return Goal(Aim.DIRECTION, place=me.goal.place if kept else observe.nearest(ways))
+    to = me.goal.place
+    if to not in ways:
+        to = observe.nearest(ways)
+    return Goal(Aim.DIRECTION, place=to)
 
 
 # -- Memory -------------------------------------------------------------------------

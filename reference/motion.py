@@ -68,6 +68,7 @@ def neighbours(
     i, j = tree.query_pairs(near + 1e-6, output_type="ndarray").T
     off = position.take(j, 0) - position.take(i, 0)
     n = len(position)
+    # one number a pair, so that one sort orders both
     pairs = np.sort((i * n + j)[_along(off, off) <= near * near])
     return np.array(np.divmod(pairs, n))
 
@@ -130,7 +131,7 @@ def _pairs(near: np.ndarray, position: np.ndarray, heading: Heading) -> Pairs:
 
     to_j, apart = _directions(position.take(j, 0) - position.take(i, 0))
     facing = _along(heading.e.take(i, 0), heading.e.take(j, 0)) < -TOWARDS
-    facing &= far_i + far_j > apart + paper.body_diameter()
+    facing &= far_i + far_j > apart + paper.body_diameter()  # both walk on past that
     least_apart = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
     return Pairs(i, j, to_j, apart, least_apart, facing, yields)
 
@@ -162,7 +163,8 @@ def _turn_away(
     push = _push_weight(s) * (at_me | ~standing[i])
     right = np.zeros(len(e))
     right[i[at_me & towards]] = paper.KEEP_RIGHT
-    swerve = _right_of(e) * right[:, None] - _sums(i, push[:, None] * to_j, len(e))
+    aside = _right_of(e) * right[:, None]
+    swerve = aside - _sums(i, push[:, None] * to_j, len(e))
     return _directions(np.where(standing[:, None], 0, e) + swerve)
 
 
@@ -220,8 +222,6 @@ def _push(walked: np.ndarray, pairs: Pairs, free: Free) -> np.ndarray:
         if not half.any():
             break
         pushed = pushed - _sums(pairs.i, half[:, None] * to_j, len(pushed))
-    if np.array_equal(pushed, walked):
-        return walked
     return _not_into_walls(walked, pushed, free)
 
 
@@ -240,10 +240,9 @@ def _shuffle(
     pairs = Pairs(*(column[mine] for column in pairs))
 
     met = pairs.facing & (_along(e.take(pairs.i, 0), pairs.to_j) > 0)
-    meets = np.zeros(len(e), bool)
-    meets[pairs.i[met]] = True
+    meets = np.isin(who, pairs.i[met])
     way = e[who]
-    way[meets[who]] = _turned(e[meets & held_up], -paper.SHUFFLE_RIGHT)
+    way[meets] = _turned(way[meets], -paper.SHUFFLE_RIGHT)
     # half of a turn; twice that makes all angles nearly as frequent
     half = paper.SHUFFLE_TURN * rng.uniform(-1, 1, len(who))
     tried = moved.copy()
@@ -281,6 +280,7 @@ def _not_into_each_other(
 ) -> np.ndarray:
     """Of two who would overlap, keep in place the one that yields; if need be, both."""
     before = pairs.off(position)
+    # who overlap already may stay so, but come no nearer
     least = np.minimum(pairs.least_apart, np.sqrt(_along(before, before))) - 1e-9
     moved = wished.copy()
     while True:

@@ -58,7 +58,9 @@ def shifted(grid: np.ndarray, d_row: int, d_col: int) -> np.ndarray:
     right = abs(d_col)
     wide = np.zeros((len(grid), rows + 2 * down, cols + 2 * right), dtype=grid.dtype)
     wide[:, down : down + rows, right : right + cols] = grid
-    return wide[:, down + d_row :, right + d_col :][:, :rows, :cols]
+    top = down + d_row
+    left = right + d_col
+    return wide[:, top : top + rows, left : left + cols]
 
 
 class StraightLines:

@@ -1,7 +1,6 @@
 """The numbers of the paper's appendix, and the `Scenario` that varies some of them.
 
-Each has its clause. Stated numbers carry nothing else; chosen ones and deviations say
-why they are what they are.
+Each has its clause and what it means; where the choice matters, why.
 """
 
 from collections.abc import Callable, Sequence
@@ -279,11 +278,12 @@ def check_objects(
         if isinstance(value, type):
             how = f"{value.__name__}()"
             raise InputError(f"{name} is the class: give an object, {how}")
-        missing = value is None and name != "building"
-        if not missing and not hasattr(value, expected.attribute):
+        if value is None and name != "building":
+            continue
+        if not hasattr(value, expected.attribute):
             how = expected.example.format(value if isinstance(value, str) else "paper")
             raise InputError(f"{name} is {value!r:.60}: give an object, such as {how}")
-        if not missing and name in DECIDES:
+        if name in DECIDES:
             check_player(value, name)
     if world is not None and world.building.drawing != building.drawing:
         raise InputError(

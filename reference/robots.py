@@ -46,8 +46,6 @@ class RobotAlgorithm:
     @staticmethod
     def _move(robot: Robot, nav: Navigation, metres: float) -> None:
         """Walk along the way, as far as the metres carry."""
-        if not robot.way or not metres:
-            return
         x, y = robot.position.tolist()
         while robot.way and metres > 0:
             to_x, to_y = nav.centres[robot.way[0]].tolist()
@@ -109,10 +107,10 @@ def said_on_the_way(building: Building, floor: int, target: Destination) -> int:
     "This exit" near one, or "this stairwell" if its stairs go down; of several exits or
     entrances the nearest to the target. Else NOWHERE, "follow me" [C7, chosen].
     """
-    wells = [well for well in building.stairwells if well.leads_down(floor)]
-    if below := [well for well in wells if well.centre == target]:
-        entrances = [building.landmarks[k] for k in below[0].entrances[floor]]
-        return min(entrances, key=lambda mark: distance(mark.position, target)).index
+    for well in building.stairwells:
+        if well.centre == target and well.leads_down(floor):  # Eq. 1 chose its middle
+            entrances = [building.landmarks[k] for k in well.entrances[floor]]
+            return min(entrances, key=lambda m: distance(m.position, target)).index
     metres, exit_ = nearest_exit(building, floor, target)
     return exit_ if metres <= paper.AT_EXIT_METRES else NOWHERE
 

@@ -4,7 +4,7 @@ Only this module changes a world, through the modules before it.
 
 In a tick there are only operations that IEEE 754 rounds correctly, + - * / and sqrt,
 and sums have a fixed order: so a run is the same on every processor.  What still
-belongs to the platform is drawn before the first tick, since numpy takes a logarithm
+depends on the machine is drawn before the first tick, since numpy takes a logarithm
 for a few of these draws: people's paces (`beginning`), the delays of flames (`Spread`).
 What learns does, too: networks, and the noise with which they explore.
 

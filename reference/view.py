@@ -9,10 +9,10 @@ what is behind them [B1, chosen].
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
-from math import sqrt
 
 import numpy as np
 
+from reference.building import distance
 from reference.rays import NO_HOLES, Direction, Hit, Sight
 from reference.world import FLOOR_APART, NOWHERE, Aim, Goal, World
 
@@ -129,7 +129,7 @@ class View:
             there = nav.centres[goal.place].tolist()
         x = there[0] - here[0]
         y = there[1] - here[1]
-        far = sqrt(x * x + y * y)
+        far = distance(here, there)
         return (x / far, y / far) if far else None
 
 

@@ -89,7 +89,7 @@ def _notice_stuck(world: World, who: np.ndarray) -> None:
     """Find who is stuck; they ignore flames for a while, then try anew [B5]."""
     bodies = world.bodies
     position = bodies.position[who]
-    moved = np.abs(position - bodies.headway[who]).max(axis=1)
+    moved = np.abs(position - bodies.headway[who]).max(axis=1)  # east or north
     left = np.abs(bodies.goal[who] - position).max(axis=1)
     arrived = (left < paper.STUCK_METRES) & (bodies.landmark[who] < 0)
     waited = world.time - bodies.headway_time[who] - 1e-9
@@ -117,7 +117,7 @@ def enter_stairs(world: World, i: int, entrance: int) -> None:
     bodies.leader[i] = NOBODY
     bodies.landmark[i] = NOWHERE
     bodies.stairs_until[i] = world.time + paper.stairs_metres() / float(bodies.pace[i])
-    bodies.place[i] = cells[i % len(cells)]
+    bodies.place[i] = cells[i % len(cells)]  # nobody sees them: spread by number
     bodies.position[i] = nav.centres[bodies.place[i]]
 
 
@@ -148,13 +148,14 @@ def _step_out(world: World, i: int, well: Stairwell) -> None:
     others = bodies.position[bodies.walking & (bodies.floor == well.lowest)]
     for mark in well.entrances[well.lowest]:
         for p in nav.goals[mark].tolist():
-            if (lengths(others - nav.centres[p]) >= paper.body_diameter()).all():
-                bodies.place[i] = p
-                bodies.position[i] = nav.centres[p]
-                bodies.headway[i] = nav.centres[p]
-                bodies.headway_time[i] = world.time
-                bodies.stairwell[i] = NOWHERE
-                bodies.stairs_until[i] = inf
-                beyond = nav.place_beyond(p, well.areas[well.lowest])
-                humans.arrive(world.minds[i], mark, beyond)
-                return
+            if (lengths(others - nav.centres[p]) < paper.body_diameter()).any():
+                continue
+            bodies.place[i] = p
+            bodies.position[i] = nav.centres[p]
+            bodies.headway[i] = nav.centres[p]
+            bodies.headway_time[i] = world.time
+            bodies.stairwell[i] = NOWHERE
+            bodies.stairs_until[i] = inf
+            beyond = nav.place_beyond(p, well.areas[well.lowest])
+            humans.arrive(world.minds[i], mark, beyond)
+            return

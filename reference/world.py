@@ -40,7 +40,7 @@ class Aim(IntEnum):
 
     NOTHING = 0
     LANDMARK = 1  # a door, entrance or exit; which: the landmark
-    DIRECTION = 2  # an unexplored direction; which: its patch
+    DIRECTION = 2  # an unexplored direction; which: its patch, -1: to look again
     LEADER = 3  # a body that leads; which: the body
     THRESHOLD = 4  # past the door just entered; which: the landmark
 
@@ -68,7 +68,7 @@ class Bodies:
     fate: np.ndarray  # Fate
     mode: np.ndarray  # Mode, copied from the mind
     landmark: np.ndarray  # landmark headed for, -1: walk straight at `target`
-    target: np.ndarray  # metres
+    target: np.ndarray  # metres; with a landmark one's own place, as `goal`
     goal: np.ndarray  # metres: where `target` leads in the end
     leader: np.ndarray  # body followed, -1 for nobody
     stairwell: np.ndarray  # the one walked down, -1 when not on stairs

@@ -193,7 +193,7 @@ def learn(kind, updates: int = 15) -> list[float]:
 # follows is worth 0.
 
 
-class Forgetful(poca.Learner):
+class Forgetful(poca.GroupLearner):
     """MA-POCA without posthumous credit."""
 
     def next_values(self, t, ends):
@@ -206,7 +206,7 @@ game = dict(gamma=gamma, lambd=lambd, batch_size=64, learning_rate=0.01)
 game |= dict(head="floor", learning_rate_schedule="constant")  # floor: one Gaussian
 settings = replace(preset("tiny").robots, **game)
 curves = {
-    "MA-POCA": learn(poca.Learner),
+    "MA-POCA": learn(poca.GroupLearner),
     "without posthumous credit": learn(Forgetful),
     "PPO": learn(ppo.Learner),
 }

@@ -2,7 +2,7 @@
 
 The main text, which defines h, was not at hand; ours uses the graph of rooms, doors and
 stairwells [A3], and when each cell begins to burn.
-Its last digits belong to the platform, since products of matrices add in any order.
+Its last digits depend on the machine, since products of matrices add in any order.
 
     h   difficulty, from 0 to `hardest()`
     d   shortest way out, metres, inf where there is none;  d0  the same without fire
@@ -101,8 +101,9 @@ def ways_lost(
     longer = np.full(free.shape, inf)
     np.divide(links.metres, free, out=longer, where=free > 0)
     shut = _shut(building, burning)
-    burns = np.isin(links.area, building.area[burnable(building)])
-    longer[(shut[:, links.start] | shut[:, links.end]) & burns] = inf
+    at_shut = shut[:, links.start] | shut[:, links.end]
+    may_burn = np.isin(links.area, building.area[burnable(building)])
+    longer[at_shut & may_burn] = inf
 
     # ways without fire, then at each moment
     ways, _ = _ways_out(building, links, np.vstack([links.metres, longer]))

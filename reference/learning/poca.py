@@ -17,10 +17,9 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from reference.game.codec import Sizes
-from reference.learning import ppo
 from reference.learning.experience import Decisions, Trajectory, decisions_of
 from reference.learning.networks import REFUSED, Encoder, layers, linear, value_head
-from reference.learning.ppo import Summary, value_loss
+from reference.learning.ppo import Learner, Summary, value_loss
 from reference.learning.settings import ATTENTION_HEADS, TrainerSettings
 
 NORM_EPSILON = 1e-5  # [E3, torch/layers.py] under the root of a layer norm
@@ -182,7 +181,7 @@ def layer_norm(x: Tensor) -> Tensor:
 # -- The learner --------------------------------------------------------------------
 
 
-class Learner(ppo.Learner):
+class GroupLearner(Learner):
     """The robots' trainer: PPO's policy loss with the group's critic."""
 
     make_critic = GroupCritic
@@ -241,5 +240,5 @@ class Learner(ppo.Learner):
         return estimates | {"Policy/Extrinsic Baseline Estimate": baseline}
 
 
-LEARNERS: dict[str, type[ppo.Learner]] = {"ppo": ppo.Learner, "poca": Learner}
+LEARNERS: dict[str, type[Learner]] = {"ppo": Learner, "poca": GroupLearner}
 """Both learners by `trainer_type`."""

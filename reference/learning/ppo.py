@@ -151,8 +151,8 @@ class Learner:
         """Show both networks' normalisers what agents observed when they decided."""
         for module in (*self.actor.modules(), *self.critic.modules()):
             if isinstance(module, Normaliser):
-                for t in trajectories:
-                    module.update(torch.from_numpy(t.vectors[:-1][t.alive[:-1]]))
+                for decisions in map(decisions_of, trajectories):
+                    module.update(decisions.vectors[decisions.alive])
 
     @torch.no_grad()
     def with_targets(self, t: Trajectory) -> Decisions:

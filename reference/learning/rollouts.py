@@ -139,7 +139,8 @@ class _RunningEpisode:
     def moment(self, side: Side, vectors: np.ndarray) -> Moment:
         """Collect what the side's player needs; vectors: (G, V), what agents observe.
 
-        A robot that has left keeps what it observed last.
+        A robot that has left keeps what it observed last. Called once a step: it
+        remembers what was observed.
         """
         acting = self.acting(side)
         if side == "robots":

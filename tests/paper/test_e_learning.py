@@ -27,7 +27,7 @@ def test_robots_are_trained_by_ma_poca_and_the_fire_by_ppo():
     def by(side, table):
         return learner_for(side, TINY, SCENE, settings(**dict(table) | SMALL), 0)
 
-    assert type(by("robots", TABLE_I)) is poca.Learner
+    assert type(by("robots", TABLE_I)) is poca.GroupLearner
     assert type(by("fire", TABLE_II)) is ppo.Learner
 
 

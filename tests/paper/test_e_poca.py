@@ -15,7 +15,7 @@ from lives import SIZES, life, random, settings, tensor
 
 from reference.game.codec import Sizes
 from reference.learning.experience import Trajectory
-from reference.learning.poca import Learner, baseline_loss, lambda_returns
+from reference.learning.poca import GroupLearner, baseline_loss, lambda_returns
 from reference.learning.ppo import gae
 
 # -- What has a formula -------------------------------------------------------------
@@ -58,7 +58,7 @@ def test_the_baseline_s_loss_is_clipped_around_the_old_baseline():
 
 def made(seed=1, sizes=SIZES, **changes):
     """A learner whose network is small, and its numbers far from zero."""
-    learner = Learner(settings("poca", **changes), sizes, seed)
+    learner = GroupLearner(settings("poca", **changes), sizes, seed)
     torch.manual_seed(seed)
     with torch.no_grad():
         for p in [*learner.actor.parameters(), *learner.critic.parameters()]:
@@ -146,7 +146,7 @@ GAME = Sizes(vector=3, grid=(1, 20, 20), continuous=1)
 WHO = np.array([[1, 0, 0], [0, 1, 0]], dtype=np.float32)  # and what has happened
 
 
-def player(kind=Learner, **changes):
+def player(kind=GroupLearner, **changes):
     """A learner small enough to learn a game in a second or two."""
     table = {
         "hidden_units": 16,
@@ -188,7 +188,7 @@ def bandit(learner, rng, rounds=128):
     return t, right.mean()
 
 
-class WithoutCounterfactual(Learner):
+class WithoutCounterfactual(GroupLearner):
     """The baseline is the value: everybody is praised for what anybody did."""
 
     def targets(self, rewards, values, baselines, next_value):
@@ -214,7 +214,7 @@ def credit(kind):
 def test_a_lazy_team_mate_gets_no_credit():
     """Knowing what the useful one did, its own part in it is nothing; and the useful
     one learns what is good. With V for a baseline it gets as much as the other."""
-    learner, rng, share = credit(Learner)
+    learner, rng, share = credit(GroupLearner)
     assert share < 0.3
     for _ in range(8):
         t, _ = bandit(learner, rng)
@@ -244,7 +244,7 @@ def door(learner, rng):
     )
 
 
-class WithoutPosthumousCredit(Learner):
+class WithoutPosthumousCredit(GroupLearner):
     """Nothing follows for who has left."""
 
     def next_values(self, t, ends):
@@ -266,5 +266,5 @@ def leaving(kind):
 @pytest.mark.slow
 def test_an_agent_learns_to_leave_for_what_its_group_earns_without_it():
     """MA-POCA's own case [C8]; without posthumous credit it learns to stay."""
-    assert leaving(Learner) > 0.85
+    assert leaving(GroupLearner) > 0.85
     assert leaving(WithoutPosthumousCredit) < 0.15

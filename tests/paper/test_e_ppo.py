@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lives import MIXED, SIZES, gradients, life, random, settings, tensor
 
-from reference.learning import poca, ppo
+from reference.learning.poca import GroupLearner
 from reference.learning.ppo import (
     Learner,
     gae,
@@ -299,14 +299,14 @@ def test_an_update_reports_by_the_original_s_names():
 
 
 @pytest.mark.paper("E3")
-@pytest.mark.parametrize("kind", [ppo, poca], ids=["ppo", "poca"])
+@pytest.mark.parametrize("kind", [Learner, GroupLearner])
 def test_estimates_are_means_over_agents_that_are_there(kind):
     """An agent that left early counts for its own decisions alone."""
-    learner = kind.Learner(settings(), SIZES, 0)
+    learner = kind(settings(), SIZES, 0)
     learner.add([life("#####", "##...")])
     part = learner.buffer[0]
     summary = learner.update()
-    kinds = ("Value", "Baseline") if kind is poca else ("Value",)
+    kinds = ("Value", "Baseline") if kind is GroupLearner else ("Value",)
     for name in kinds:
         column = getattr(part, f"{name.lower()}s")
         total = column[:, 0].sum() + column[:2, 1].sum()

@@ -5,14 +5,14 @@ import torch
 from lives import SIZES, life, settings
 
 from reference.learning.experience import Decisions
-from reference.learning.poca import Learner
+from reference.learning.poca import GroupLearner
 from reference.learning.ppo import normalised
 from reference.workshop.training.gradient import EXPLAINED, SIGNAL, measure_signal
 
 
 def filled(count=8, seed=0):
     """A learner in whose buffer so many lives wait, which the actor has lived."""
-    learner = Learner(settings("poca", normalize=False), SIZES, seed=1)
+    learner = GroupLearner(settings("poca", normalize=False), SIZES, seed=1)
     learner.add([life("#####", "##...", seed=seed + k) for k in range(count)])
     for part in learner.buffer:
         policy = learner.actor(part.vectors, part.grids)

@@ -41,7 +41,7 @@ def advance_flames(N, clock, cells, arrival, burning, ash, harm, cost):
     clock.flames_moved = 1
 
 
-@mirrors("fire.cells_beside 60bd01", "navigation.shifted 2a5f11")
+@mirrors("fire.cells_beside 60bd01", "navigation.shifted b245e7")
 def is_beside(N, cells, burning, p):
     """Is this a walkable cell that shares a side with one that burns?"""
     if not cells[p].walkable:

@@ -109,7 +109,7 @@ def speed_while_leading(N, cells, bodies, robot):
     return 0.0 if waits else N.ROBOT_SPEED
 
 
-@mirrors("robots.RobotAlgorithm._move fa63d3", "building.distance cdc4c8")
+@mirrors("robots.RobotAlgorithm._move 8b2ec0", "building.distance cdc4c8")
 def move(N, cells, robot, way, metres):
     """Walk along the way, as far as the metres carry."""
     if robot.at == robot.end or metres == 0.0:

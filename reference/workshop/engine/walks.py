@@ -132,7 +132,7 @@ def push_weight(N, s):
 
 @mirrors(
     "motion._heed_neighbours 485f08",
-    "motion._turn_away 0a764a",
+    "motion._turn_away 18bcb0",
     "motion._keep_gap c0d882",
     "motion._sums 6679bf",
     "motion._along 1862a8",
@@ -251,7 +251,7 @@ def not_into_walls(N, obstacles, w, x, y, to_x, to_y):
     return x, y
 
 
-@mirrors("motion._push daa5af")
+@mirrors("motion._push 0793c7")
 def push(N, obstacles, walkers, n, pairs, count):
     """Push overlapping bodies apart, each by half; from `walked` to `moved`."""
     for k in range(n):
@@ -352,7 +352,7 @@ def turned(x, y, t):
     return x * cos - y * sin, x * sin + y * cos
 
 
-@mirrors("motion._shuffle 8688c8")
+@mirrors("motion._shuffle 046594")
 def shuffle(N, obstacles, walkers, n, pairs, count, rng):
     """Let those who are held up try a random step, if there is room."""
     stride = N.SHUFFLE_SPEED * N.tick
@@ -517,7 +517,7 @@ def descend(N, T, clock, S, i):
     return np.int64(-1)
 
 
-@mirrors("walking._step_out 6a4521", "building.lengths 2a16a2")
+@mirrors("walking._step_out 2e050b", "building.lengths 2a16a2")
 def step_out(N, T, clock, S, i, well):
     """Step out into an entrance cell that nobody stands in, if there is one."""
     body = S.bodies[i]

@@ -167,7 +167,7 @@ class PPOOfSeveral(_OfSeveral, ppo.Learner):
     """PPO in several buildings."""
 
 
-class POCAOfSeveral(_OfSeveral, poca.Learner):
+class POCAOfSeveral(_OfSeveral, poca.GroupLearner):
     """MA-POCA in several buildings."""
 
 
