@@ -10,7 +10,7 @@ student can redraw it with any editor.
 
 A file says `building: NAME`, `size: COLUMNS x ROWS` and then, for each floor from 1
 upwards, `floor 1: NAME` above its drawing; `floor 2-3:` draws once and builds twice.
-Every drawing has all the rows; one where all is outside is typed as `#` alone.
+Every drawing has all the rows; a row that is all outside is typed as `#` alone.
 
 A text that cannot be read is refused in one line. `python -m reference check FILE`
 explains it, and finds mistakes in what can be read, such as a room without a door.
@@ -88,42 +88,45 @@ class _Reader:
         if building := HEADING_PATTERNS["building"].fullmatch(code):
             self.title = building[1]
         elif size := HEADING_PATTERNS["size"].fullmatch(code):
-            self._size(int(size[1]), int(size[2]))
+            self._set_size(int(size[1]), int(size[2]))
         elif floor := HEADING_PATTERNS["floor"].fullmatch(code):
-            self._end_floor()
+            if not any(self.size):
+                raise FloorPlanError(
+                    "write 'size: COLUMNS x ROWS' above the first floor"
+                )
+            self._check_height()
             follows = len(self.storeys) + 1
-            copies = range(int(floor[1]), int(floor[2] or floor[1]) + 1)
-            if not copies or copies[0] != follows:
+            first = int(floor[1])
+            last = int(floor[2] or first)
+            if first != follows or last < first:
                 raise FloorPlanError(f"this should be floor {follows}")
             rows: list[str] = []  # shared: what is drawn once is built as often as said
-            self.storeys += [(floor[3], rows) for _ in copies]
+            self.storeys += [(floor[3], rows)] * (last - first + 1)
         elif code:
-            self._row(code)
+            self._add_row(code)
 
     def drawing(self) -> Drawing:
         """The whole drawing, once all its lines are read."""
-        self._end_floor()
+        self._check_height()
         if not self.title or not self.storeys:
             missing = "floor 1: NAME" if self.title else "building: NAME"
             raise FloorPlanError(f"write '{missing}' above the drawing")
         storeys = [Storey(name, tuple(rows)) for name, rows in self.storeys]
         return Drawing(self.title, *self.size, tuple(storeys))
 
-    def _size(self, columns: int, rows: int) -> None:
+    def _set_size(self, columns: int, rows: int) -> None:
         if any(self.size):
             raise FloorPlanError("the size of all floors is written once")
         if not columns or not rows:
             raise FloorPlanError("a floor has at least one column and one row")
         self.size = columns, rows
 
-    def _row(self, code: str) -> None:
-        width = self.size[0]
+    def _add_row(self, code: str) -> None:
         if not self.storeys:
             raise FloorPlanError("this row stands before any floor")
-        if not width:
-            raise FloorPlanError("write 'size: COLUMNS x ROWS' above the first floor")
         if not _ROW.fullmatch(code):
             raise FloorPlanError("a sign here has no meaning in a drawing")
+        width = self.size[0]
         if len(code) > width:
             raise FloorPlanError(
                 f"this row has {len(code)} columns, the size says {width}"
@@ -131,7 +134,7 @@ class _Reader:
         row = "" if code == "#" else code  # alone it says that there is a row
         self.storeys[-1][1].append(row.ljust(width))
 
-    def _end_floor(self) -> None:
+    def _check_height(self) -> None:
         if not self.storeys:
             return
         _, rows = self.storeys[-1]

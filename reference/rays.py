@@ -173,8 +173,7 @@ class Sight:
     def in_line(self, p: int, holes: Holes = NO_HOLES) -> frozenset[int]:
         """Places in line of sight."""
         line = frozenset(self.sees.reached_from(p).tolist())
-        beyond = self._beyond(p, holes).values() if holes else ()
-        return line.union(*(ray.passed for ray in beyond))
+        return line.union(*(ray.passed for ray in self._beyond(p, holes).values()))
 
     @kept
     def seen(self, p: int, holes: Holes = NO_HOLES) -> frozenset[int]:
@@ -209,12 +208,9 @@ class Sight:
 
         p is in neither: flames where one stands bar no way out.
         """
-        met = sorted(q for q in self._stops(p, holes) if self._marks[q] == landmark)
-        end = min(met, key=lambda q: self._metres(p, q))
-        on = frozenset(self.navigation.straight_way(p, end))
-        steps = (0, 1, -1, self.navigation.cols, -self.navigation.cols)
-        beside = {q + step for q in on for step in steps}
-        return on, frozenset(beside - {p})
+        met = [q for q in self._stops(p, holes) if self._marks[q] == landmark]
+        on = frozenset(self.navigation.straight_way(p, self.nearest(p, met)))
+        return on, (on | self._beside(on)) - {p}
 
     def nearest(self, p: int, places: Iterable[int]) -> int:
         """The place nearest to p."""
@@ -229,10 +225,9 @@ class Sight:
         """`hits` and `ends` from p; rays that meet a hole fly on."""
         hits = self.hits[:, p].copy()
         ends = self.ends[:, p].copy()
-        if holes:
-            for k, ray in self._beyond(p, holes).items():
-                hits[k] = ray.stop
-                ends[k] = ray.passed[-1]
+        for k, ray in self._beyond(p, holes).items():
+            hits[k] = ray.stop
+            ends[k] = ray.passed[-1]
         return hits, ends
 
     @kept
@@ -248,7 +243,8 @@ class Sight:
         for d_row, d_col in self._cells_of_ray(k):
             q = p + d_row * self.navigation.cols + d_col
             if not self._clear[q] and self._marks[q] not in holes:
-                return Ray(passed, stop=q)
+                wall = self.building.kind.flat[q] != Kind.OUTSIDE
+                return Ray(passed, stop=q if wall else -1)
             passed.append(q)
         return Ray(passed, stop=-1)
 

@@ -69,7 +69,7 @@ def test_a_lone_wall_at_the_edge_stands_for_a_row_outside():
     ("was", "becomes", "line", "what"),
     [
         ("building: Small house", "", 16, "write 'building: NAME' above"),
-        ("size:     14 x 5", "", 5, "write 'size: COLUMNS x ROWS' above"),
+        ("size:     14 x 5", "", 4, "write 'size: COLUMNS x ROWS' above"),
         ("14 x 5", "0 x 5", 2, "a floor has at least one column"),
         ("floor 2", "size: 9 x 5\nfloor 2", 11, "the size of all floors is written"),
         ("floor 1", "floor 2", 4, "this should be floor 1"),

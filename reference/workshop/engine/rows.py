@@ -119,7 +119,7 @@ def add_open(S, R, p, q):
     R.square[bit_of(S, p, q)] |= SEEN
 
 
-@mirrors("rays.Sight._rays 5925d6", "rays.Sight._beyond 161cf9")
+@mirrors("rays.Sight._rays 975dc0", "rays.Sight._beyond 161cf9")
 def cast_all(S, R, p, holes):
     """Cast all rays; how many places they stop at, in their order."""
     stops = np.int64(0)
@@ -140,7 +140,7 @@ def cast_all(S, R, p, holes):
     return stops
 
 
-@mirrors("rays.Sight._fly_on 49ed07")
+@mirrors("rays.Sight._fly_on 5a0268")
 def fly_on(S, R, p, k, holes):
     """Cast a ray through holes; where it stops, -1 for nowhere, and the last place."""
     N = S.numbers[0]
@@ -195,7 +195,7 @@ def add_hits(S, R, p, stops):
             R.counts[HITS] += 1
 
 
-@mirrors("rays.Sight.in_line 9e1a6e", "navigation.StraightLines.reached_from 1051c5")
+@mirrors("rays.Sight.in_line f9bdc8", "navigation.StraightLines.reached_from 1051c5")
 def add_line(S, R, p):
     """Mark the places in line of sight; the ground among them."""
     N = S.numbers[0]

@@ -128,7 +128,7 @@ def burns_towards(N, observe, place):
 
 @mirrors(
     "view.View.passable c5d7c7",
-    "rays.Sight.line 05e29a",
+    "rays.Sight.line c6220c",
     "rays.Sight._stops ef0f08",
     "rays.Sight._metres e5df4a",
 )
@@ -292,7 +292,7 @@ def look(
     v.seen = count
 
 
-@mirrors("view.View.towards e1bbd9")
+@mirrors("view.View.towards 415ab0")
 def turn_towards_goal(me, p, cells, marks):
     """Turn from p to the goal, in sight or remembered, unless one is there."""
     here = cells[p]
