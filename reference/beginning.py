@@ -167,5 +167,5 @@ def _place_robots(building: Building, per_floor: int, people: int) -> list[Robot
         for team in range(per_floor):
             p = nav.nearest_free(floor, *posts[team % len(posts)])
             body = people + len(robots)
-            robots.append(Robot(body, floor, team, nav.centres[p], p))
+            robots.append(Robot(body, floor, team, nav.centres[p].copy(), p))
     return robots

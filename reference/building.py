@@ -158,6 +158,7 @@ class Building:
         for mark in self.landmarks:
             self.kind[mark.floor, *mark.cells.T] = mark.kind
         self.walkable = self.kind >= Kind.FLOOR
+        read_only(self, *self.areas, *self.landmarks)
 
     def __repr__(self) -> str:
         """Say in a line what it has."""
@@ -393,6 +394,14 @@ def distance(one: Sequence[float], other: Sequence[float]) -> float:
     return sqrt(x * x + y * y)
 
 
+def read_only(*things: object) -> None:
+    """Refuse writing to arrays of these objects, since all runs share them."""
+    for thing in things:
+        for value in vars(thing).values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+
 def lengths(off: np.ndarray) -> np.ndarray:
     """(...) metres of vectors (..., 2)."""
     x = off[..., 0]
@@ -419,10 +428,7 @@ def connected_parts(mask: np.ndarray) -> list[np.ndarray]:
 
 @lru_cache(maxsize=4)
 def build(drawing: Drawing) -> Building:
-    """Build a drawing; equal drawings give the same object, if it is still kept.
-
-    Navigation and sight are cached per object, so do not write into its arrays.
-    """
+    """Build a drawing; equal drawings give the same object, if it is still kept."""
     return Building(drawing)
 
 

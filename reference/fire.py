@@ -153,7 +153,9 @@ def _fuel(building: Building, protected_metres: float) -> np.ndarray:
     ways = [m.index for m in building.landmarks if m.kind is not Kind.DOOR]
     metres = navigation_of(building).distance_to(*ways)
     unprotected = (metres > protected_metres).reshape(building.kind.shape)
-    return np.isin(building.kind, (Kind.FLOOR, Kind.DOOR)) & unprotected
+    fuel = np.isin(building.kind, (Kind.FLOOR, Kind.DOOR)) & unprotected
+    fuel.flags.writeable = False  # shared by all runs
+    return fuel
 
 
 def cells_around_clearance(building: Building, landmark: int) -> np.ndarray:
@@ -171,7 +173,9 @@ def _rim(building: Building, landmark: int, protected_metres: float) -> np.ndarr
     burns = _fuel(building, protected_metres)
     barred = np.where(burns, inf, 1.0)
     metres = nav.distances(nav.goals[landmark], barred).reshape(burns.shape)
-    return np.flatnonzero(cells_beside(building, np.isfinite(metres)) & burns)
+    rim = np.flatnonzero(cells_beside(building, np.isfinite(metres)) & burns)
+    rim.flags.writeable = False
+    return rim
 
 
 def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:

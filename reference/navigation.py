@@ -20,7 +20,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from reference import paper
-from reference.building import Building, lengths
+from reference.building import Building, lengths, read_only
 
 KEPT_WAYS = 512  # searches that are kept: some 20 MB for the paper's building
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
@@ -148,6 +148,7 @@ class Navigation:
         for mark, goal in enumerate(self.goals):
             self.metres[mark], self.waypoint[mark] = self._to_landmark(goal)
         self.to_landmarks = self.distance_to(*range(len(self.goals)))
+        read_only(self)
 
     def _steps_of(self, floor: int) -> csr_matrix:
         """(floor_size, floor_size) metres of every step on one floor."""

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 
 from reference import paper
-from reference.building import Building, Kind, distance, lengths
+from reference.building import Building, Kind, distance, lengths, read_only
 from reference.navigation import Navigation, StraightLines, navigation_of, shifted
 
 RAY_STEP = 0.05  # metres between two points of a ray; it may miss a corner it cuts
@@ -98,6 +98,7 @@ class Sight:
         self._walkable = frozenset(np.flatnonzero(building.walkable).tolist())
         self._marks: list[int] = building.landmark.ravel().tolist()
         self._centres: list[list[float]] = self.navigation.centres.tolist()
+        read_only(self)
 
     def _cast_everywhere(self, clear: np.ndarray) -> None:
         """Cast each ray from every place at once, cell by cell."""

@@ -104,10 +104,15 @@ class Simulation:
         self.algorithm = RobotAlgorithm()
         self.generator = SourceGenerator(building, self.scenario, self.rng["elsewhere"])
         self.spread = Spread(building, self.scenario, self.rng["flames"])
+        guided = not isinstance(self.robot_strategy, NoRobots)
         if world is None:
             world = starting_world(building, self.scenario, self.rng["people"])
-            if isinstance(self.robot_strategy, NoRobots):
+            if not guided:
                 world.robots = []
+        elif guided and self.scenario.robots_per_floor and not world.robots:
+            raise InputError(
+                "nobody can be guided: the world given is of a simulation without robots"
+            )
         self.world = world
 
         # clocks and what has happened
@@ -180,6 +185,8 @@ class Simulation:
         # these never change: whatever a memo names, deepcopy keeps
         shared = self.building, self.navigation, self.sight, self.spread, self.generator
         return deepcopy(self, {id(one): one for one in (*shared, *self.events)})
+
+    __copy__ = copy
 
     # -- SENSE and DECIDE -----------------------------------------------------------
 
@@ -383,7 +390,9 @@ class Simulation:
 def _is_numbers(value: object, count: int) -> bool:
     """Is it `count` numbers, each below LONGEST in size?"""
     try:
-        numbers = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
+        numbers = np.asarray(value)
+    except ValueError:
         return False
-    return numbers.shape == (count,) and bool((abs(numbers) < paper.LONGEST).all())
+    if numbers.shape != (count,) or numbers.dtype.kind not in "biuf":
+        return False
+    return bool((abs(numbers) < paper.LONGEST).all())

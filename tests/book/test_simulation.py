@@ -1,6 +1,6 @@
 """Whole runs: nobody in a wall, lost or counted twice; the same seed, the same run."""
 
-from copy import deepcopy
+from copy import copy, deepcopy
 from itertools import pairwise
 from math import dist, inf, isnan, nan
 from pathlib import Path
@@ -25,8 +25,10 @@ from scipy.spatial.distance import pdist
 
 from reference import paper
 from reference.building import Building, Kind
-from reference.fire import RandomFire
+from reference.fire import RandomFire, burnable, cells_around_clearance
+from reference.navigation import navigation_of
 from reference.paper import InputError, Scenario
+from reference.rays import sight_of
 from reference.simulation import Simulation
 from reference.walking import enter_stairs, free_for
 from reference.workshop import maps
@@ -148,6 +150,8 @@ class Saying:
         ([(1.0, -1e300)] * 4, "which is no place"),
         ([(1.0, 1.0, 0)] * 4, "which is no place"),
         (["here"] * 4, "which is no place"),
+        ([("1", "2")] * 4, "which is no place"),
+        ([(10**400, 2)] * 4, "which is no place"),
     ],
 )
 def test_refuses_to_send_robots_nowhere(answer, told):
@@ -157,7 +161,15 @@ def test_refuses_to_send_robots_nowhere(answer, told):
 
 
 @pytest.mark.parametrize(
-    "decision", [(2, 1.0, 1.0), (-1, 1.0, 1.0), (0, nan, 1.0), (1.0, 1.0), 7]
+    "decision",
+    [
+        (2, 1.0, 1.0),
+        (-1, 1.0, 1.0),
+        (0, nan, 1.0),
+        (0, "1", "2"),
+        (1.0, 1.0),
+        7,
+    ],
 )
 def test_refuses_a_fire_where_there_is_no_floor(decision):
     """It would burn somewhere else, as an occupied place does [D6]."""
@@ -342,6 +354,38 @@ def test_a_copy_runs_on_like_the_original_and_leaves_it_alone(robots):
     assert same(bodies(sim), bodies(ahead)) and sim.events == ahead.events
 
 
+def test_copies_of_the_standard_library_are_whole_copies():
+    """`copy.copy`, too: half a copy would share people and not the clock."""
+    sim = run()
+    sim.step()
+    for other in (copy(sim), deepcopy(sim)):
+        assert other.world is not sim.world
+        assert same(other.run(), sim.copy().run())
+
+
+def test_nobody_can_write_into_what_all_runs_share():
+    """A strategy that did would change every later run in silence."""
+    building = shipped("tiny")
+    nav = navigation_of(building)
+    sight = sight_of(building, paper.SIGHT_RANGE)
+    shared = [burnable(building), cells_around_clearance(building, 0)]
+    for tables in (building, nav, sight):
+        shared += [one for one in vars(tables).values() if isinstance(one, np.ndarray)]
+    assert len(shared) > 10
+    for array in shared:
+        with pytest.raises(ValueError, match="read-only"):
+            array[:] = array
+
+
+def test_a_robot_has_a_position_of_its_own():
+    """Moving it would else move the middle of a cell, for every later run."""
+    sim = run(people=0)
+    centres = sim.navigation.centres.copy()
+    for robot in sim.world.robots:
+        robot.position += 0.5
+    assert (sim.navigation.centres == centres).all()
+
+
 def test_another_seed_gives_other_people_and_flames_and_other_robots_do_not():
     """So that strategies are compared on the same emergencies."""
     begun = [run(robots=r, seed=k) for r, k in (("sweep", 0), ("none", 0), ("none", 1))]
@@ -367,6 +411,16 @@ def test_a_simulation_may_begin_with_a_world_that_exists(seed):
     events = len(sim.events)
     sim.run(), other.run()
     assert other.events == sim.events[events:]
+
+
+def test_refuses_a_guide_for_a_world_without_robots():
+    """It would never be asked, and come out as nobody does."""
+    world = run(robots="none").world
+    guide = ROBOTS["sweep"]()
+    with pytest.raises(InputError, match="nobody can be guided"):
+        Simulation(shipped("tiny"), robots=guide, world=world)
+    none_wanted = Scenario(robots_per_floor=0)
+    Simulation(shipped("tiny"), none_wanted, guide, world=world).step()
 
 
 # -- Health, time, outcome ----------------------------------------------------------

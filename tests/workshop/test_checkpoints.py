@@ -171,6 +171,14 @@ def test_refuses_content_that_is_not_a_checkpoint_s(path, place, value, message)
         load_checkpoint(path)
 
 
+@pytest.mark.parametrize("content", [torch.zeros(3), [1, 2], "words"])
+def test_refuses_what_torch_saved_and_is_no_mapping(content, tmp_path):
+    """Without a warning: a tensor cannot be asked for a word."""
+    torch.save(content, tmp_path / "x.pt")
+    with pytest.raises(CheckpointError, match="is no checkpoint"):
+        load_checkpoint(tmp_path / "x.pt")
+
+
 def test_refuses_to_run_code_that_a_file_brings(tmp_path):
     """Loading is `weights_only`: not even a function's name is looked up."""
     torch.save({"kind": checkpoints.KIND, "task": os.mkdir}, tmp_path / "x.pt")

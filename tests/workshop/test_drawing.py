@@ -542,7 +542,12 @@ def ended():
 @pytest.mark.parametrize(
     ("shown", "headings", "told"),
     [
-        (lambda: [evacuation(0.4)] * 2, "Tonight", "2 evacuations have 1 headings"),
+        (lambda: [evacuation(0.4)] * 2, "", "the same simulation is there twice"),
+        (
+            lambda: [evacuation(0.4), evacuation(0.4)],
+            "Tonight",
+            "2 evacuations have 1 headings",
+        ),
         (lambda: [evacuation(0.4)], ["a", "b"], "1 evacuations have 2 headings"),
         (list, "", "takes a Simulation, or a list of them, not nothing"),
         (lambda: "tiny", "", "takes a Simulation, or a list of them, not 'tiny'"),

@@ -93,6 +93,8 @@ def _filmable(runs: Iterable[Simulation]) -> list[Simulation]:
         raise InputError(f"animate takes a Simulation, or a list of them, not {what}")
     if any(run.building.drawing != listed[0].building.drawing for run in listed):
         raise InputError("evacuations side by side need the same building: film each")
+    if len({*map(id, listed)}) < len(listed):
+        raise InputError("the same simulation is there twice: give a copy of it")
     if any(run.done and run.ticks for run in listed):
         raise InputError(
             "this evacuation has ended, and a film plays it to its end: give a new "

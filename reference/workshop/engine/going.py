@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from copy import copy
 from functools import partial
 from pathlib import Path
 from threading import RLock
@@ -47,7 +48,10 @@ def _first_call() -> Callable[[], None]:
     mine.take()  # what fails here is no fault of what is kept on disk
 
     def call() -> None:
-        cast_rays(run.sight, run.sight._clear.reshape(run.building.kind.shape))
+        sight = copy(run.sight)
+        sight.hits = run.sight.hits.copy()  # to be written
+        sight.ends = run.sight.ends.copy()
+        cast_rays(sight, sight._clear.reshape(run.building.kind.shape))
         mine.tables.add_row(int(np.flatnonzero(run.building.walkable)[0]), NO_HOLES)
         advance(run, 0)
         with quick_ways(run.navigation):

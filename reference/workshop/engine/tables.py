@@ -103,7 +103,7 @@ class Tables:
             marks=marks,
             wells=np.zeros(len(building.stairwells), WELL),
             landings=_landings(nav),
-            waypoint=nav.waypoint,
+            waypoint=_only_read(nav.waypoint),
             after=after,
             clear=nav.clear.table,
             ways=ways_of(nav),
@@ -228,13 +228,23 @@ def _still(sight: Sight, arrays: Arrays, half: int, side: int) -> Still:
         cells=arrays.cells,
         marks=arrays.marks,
         useful=useful,
-        clear=sight._clear,
+        clear=_only_read(sight._clear),
         rooms=rooms,
         line=sight.sees.table,
-        hits=sight.hits,
-        ends=sight.ends,
+        hits=_only_read(sight.hits),
+        ends=_only_read(sight.ends),
         along=cells_along(sight),
     )
+
+
+def _only_read(array: np.ndarray) -> np.ndarray:
+    """A view that cannot be written: to numba another type than one that can.
+
+    The book's own arrays are so, but not in a copy.
+    """
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def _landings(nav: Navigation) -> np.ndarray:

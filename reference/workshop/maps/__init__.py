@@ -49,14 +49,8 @@ def load(name: str | PathLike[str]) -> Building:
         )
     text = str(name)
     if "\n" in text:  # no path has line ends: it is the map itself
-        building = build(parse_map(text))
-    else:
-        building = build(read_map(find_map(name)))
-    for thing in (building, *building.areas, *building.landmarks):
-        for value in vars(thing).values():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
-    return building
+        return build(parse_map(text))
+    return build(read_map(find_map(name)))
 
 
 def drawing_now(name: str | PathLike[str]) -> Drawing | None:

@@ -220,7 +220,7 @@ def _content(path: Path, advice: str) -> dict[str, Any]:
         there = sum(part.file_size for part in archive.infolist())
         if claimed > there:
             raise ValueError("tensors larger than the file")
-        if content["kind"] != KIND:
+        if not isinstance(content, Mapping) or content["kind"] != KIND:
             raise ValueError("of another program")
         return dict(content)
 
