@@ -90,7 +90,9 @@ class Spread:
 
     Every border between two cells has a fixed, seeded delay; a cell burns from the
     earliest time that a chain of delays from any source reaches it, for burn_seconds.
-    Borders with a longer delay carry no flames: this is bond percolation.
+    Borders with a longer delay carry no flames: this is bond percolation. Flames move
+    on every FLAME_SECONDS; a source's own cell, lit between, is seen to burn from then
+    on, a second less than others.
     """
 
     def __init__(self, building: Building, scenario: Scenario, rng: Rng):
@@ -187,7 +189,7 @@ def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
 
 
 def cost_of_flames(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
-    """What a metre on foot costs in cells that burn and in those beside them [C5]."""
+    """What a metre on foot costs in cells that burn and in those beside them [C7]."""
     detour = np.where(beside, paper.HEAT_COST, 1.0)
     return np.where(burning, paper.BURN_COST, detour)
 

@@ -42,8 +42,8 @@ class Leader:
         """One pass of lines 2-22."""
         if (nearest := exit_in_view(observe)) is not None:  # 2
             return go_to(nearest)  # 3, which ends the pass [B6, chosen]
-        if observe.robots:  # 6, 7: robots lead, door or no door [B6, deviation]
-            return follow(me, next(iter(observe.robots)), observe)  # the nearest
+        if observe.robots:  # robots lead, door or no door [B6, deviation]
+            return follow(me, next(iter(observe.robots)), observe)  # 6, 7: the nearest
         if (wanted := desired(me, observe)) is not None:  # 5
             if (leader := suitable_leader(me, observe, wanted)) is not None:  # 6
                 return follow(me, leader, observe)  # 7

@@ -22,7 +22,7 @@ DOOR_FLOW = 1.3
 STAIRS_FLOW = 1.1
 """[A5, deviation] most people per second and metre of width, through doors and exits
 and through stairwell entrances. The paper's are without volume; ours hold crowds up on
-purpose. The values are the same circular's maximum specific flows, made for design:
+purpose. The values are maximum specific flows of IMO MSC.1/Circ.1533, made for design:
 real narrow exits pass 1.9 to 2.4."""
 
 # -- People (Appendix B and F) ------------------------------------------------------
@@ -55,7 +55,10 @@ RECKLESS_SECONDS = 4.0  # [B5, chosen] the stuck then ignore flames for this lon
 STUCK_WAIT_SECONDS = 2.0  # [B5, chosen] a stuck follower waits before Alg. 1:11
 MOST_FOLLOWERS = 5  # [B6, chosen] of one human: more would only stand in the way
 FOLLOW_DISTANCE = 0.6  # [B5, chosen] metres: followers stop this far from a leader
-LEADER_GRACE_SECONDS = 3.0  # [B5, deviation] a leader out of sight is kept so long
+LEADER_GRACE_SECONDS = 3.0
+"""[B5, deviation] a leader out of sight is kept so long: else one who turns a corner
+would be lost at every door."""
+
 LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] from losing one to the next human leader
 RECONSIDER_TICKS = 3  # [B4, chosen] a mind thinks at least once in this many ticks
 GOAL_HYSTERESIS = 3.0  # [B6, chosen] metres that a new goal must be nearer
@@ -87,9 +90,9 @@ if somebody comes towards them: two crowds that meet sort themselves into lanes.
 # -- Robots (Appendix C) ------------------------------------------------------------
 
 ROBOTS_PER_FLOOR = 2  # [C2, chosen] one for each stairwell: 6 robots in all
-ROBOT_SPEED = 1.5  # [C5, chosen] metres per second: a little faster than people
+ROBOT_SPEED = 1.5  # [C7, chosen] metres per second: a little faster than people
 NEAR_STAIRWELL = 6.0  # [C6, chosen] metres from its centre: "near" in Eq. 1
-DECISION_SECONDS = 5.0  # [C5, chosen] between two decisions of a robot
+DECISION_SECONDS = 5.0  # [C7, chosen] between two decisions of a robot
 AT_EXIT_METRES = 2.5  # [C6, C7, chosen] metres: a destination so near is at an exit
 DOORWAY_METRES = 2.0
 """[C7, chosen] on foot: a robot this near a door, entrance or exit does not wait, since
@@ -128,7 +131,7 @@ BURN_LOSS = 10.0  # [B7, chosen] health lost per second inside flames
 HEAT_LOSS = 2.0  # [B7, chosen] health lost per second beside flames
 BURN_COST = 50.0
 HEAT_COST = 4.0
-"""[C5, chosen] what a metre in flames, or beside them, costs when a way is planned, in
+"""[C7, chosen] what a metre in flames, or beside them, costs when a way is planned, in
 metres: robots do not burn, but the people they lead do."""
 
 # -- Rewards and evaluation (Appendix F) --------------------------------------------
@@ -217,7 +220,7 @@ class InputError(ValueError):
     """Raised for input that cannot be used; its message is meant for people."""
 
 
-MOST = 10_000  # [B8, chosen] people, robots of a floor, sources, metres of sight
+MOST = 10_000  # people, robots of a floor, sources, metres of sight
 LONGEST = 1_000_000  # seconds, eleven days, or metres: longer than anything here
 
 
@@ -340,7 +343,7 @@ class Scenario:
     numbers above are read when a scenario is made, not when this class is.
     """
 
-    people: int = current(lambda: PEOPLE)  # spread evenly over the floors [B8]
+    people: int = current(lambda: PEOPLE)  # [B8] spread over the floors [F8, chosen]
     people_per_floor: tuple[int, ...] | None = None  # instead, lowest first
     rooms: tuple[str, ...] = ()  # ids of rooms to start in ("1/hall"); empty: anywhere
     robots_per_floor: int = current(lambda: ROBOTS_PER_FLOOR)  # [C2]

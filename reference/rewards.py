@@ -25,7 +25,10 @@ def group_reward(events: Iterable[Event]) -> float:
 
 
 def fire_reward(events: Iterable[Event]) -> float:
-    """Minus the group's reward [D2, chosen], less a penalty per refusal [D6]."""
+    """Minus the group's reward, less a penalty per refusal [D6].
+
+    What one side gains the other loses, but for refusals [D2, chosen].
+    """
     events = list(events)
     refused = sum(isinstance(event, FireRefused) for event in events)
     return -group_reward(events) - paper.FIRE_REFUSED_PENALTY * refused

@@ -90,7 +90,7 @@ def actual_target(building: Building, floor: int, x: float, y: float) -> Destina
     """(X_r', Y_r'): the middle of the nearest stairwell if it is near, else (X_r, Y_r).
 
     [C6, Eq. 1], reconstructed; "near" is NEAR_STAIRWELL, and a destination at an exit
-    that is nearer stays [chosen]: else no robot could lead to an exit beside stairs.
+    that is nearer stays [C6, chosen]: else nobody could be led out beside stairs.
     """
     here = (x, y)
     wells = [well.centre for well in building.stairwells if floor in well.areas]

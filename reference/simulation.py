@@ -111,7 +111,7 @@ class Simulation:
                 world.robots = []
         elif guided and self.scenario.robots_per_floor and not world.robots:
             raise InputError(
-                "nobody can be guided: the world given is of a simulation without robots"
+                "nobody can be guided: the world is of a simulation without robots"
             )
         self.world = world
 

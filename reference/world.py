@@ -123,7 +123,7 @@ class Mind:
 class Robot:
     """A rescue robot; it stays on its floor and leads people out [C7].
 
-    It hinders nobody and does not burn [C5, chosen]: people, not robots, are at risk.
+    It hinders nobody and does not burn [C7, chosen]: people, not robots, are at risk.
     """
 
     body: int  # its index among all bodies

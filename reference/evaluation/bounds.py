@@ -39,6 +39,8 @@ def health_losses(building: Building) -> tuple[float, ...]:
     """Health lost on the mean way off each floor, lowest first [F6] [F7].
 
     loss = seconds × frames per second × rate: Eq. 7 as printed divides by the product.
+    Its mean is of len / speed; ours divides the mean way by the mean speed, although
+    the slow take longer than that: in the paper's building R_b is 36 points higher.
     """
     lost = paper.loss_per_second()
     return tuple(way / paper.WALKING_SPEED * lost for way in mean_ways(building))

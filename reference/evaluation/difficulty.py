@@ -27,9 +27,9 @@ LEAST_METRES = 1e-9  # of any way, in its own area: no row of shares sums to 0 t
 
 
 def hardest() -> float:
-    """The h at which no way out was ever open: 3853, which alone is worth E = 1.
+    """The h at which no way out was ever open: 3853.
 
-    [F10, chosen]
+    A fire that closes everything is worth E = 1 by itself [F10, chosen].
     """
     return paper.ALPHA * sqrt(paper.K * paper.BETA)
 
@@ -49,7 +49,7 @@ def difficulty(
     people: np.ndarray,
     scenario: Scenario | None = None,
 ) -> float:
-    """Compute h, the share of their ways out that people lose [F11, chosen].
+    """Compute h, the share of their ways out that people lose [F11].
 
     arrival   (floors, rows, cols) seconds when each cell begins to burn, inf for never
     people    (areas,) how many start in each area
@@ -64,8 +64,10 @@ def difficulty(
     Without fire x = 0; if no way is ever open x = 1. A way counts as open again when
     what closed it has burnt out [D7], so all of a building burning at once is worth
     0.36 only, h = 2312: for more, fires must take turns. More burning cells, the others
-    as before, never lower h. The root is there because Eq. 8 squares h: on the paper's
-    ruler the fire's part of E is x itself.
+    as before, never lower h.
+
+    The root is there because Eq. 8 squares h: on the paper's ruler the fire's part of E
+    is x itself [F11, chosen].
     """
     if not people.any():
         return 0.0
@@ -130,8 +132,9 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
     """Find when each cell begins to burn, once all fire sources are lit [F11].
 
     (floors, rows, cols) seconds, inf for never. Good robots end a run before the last
-    source, but h must not depend on them: so a copy of the run goes on until the fire
-    has no sources left, or nobody could have any health left.
+    source, but h must not depend on that: so a copy of the run goes on until the fire
+    has no sources left, or nobody could have any health left. A fire that looks at
+    people, or finds them in its way [D6], lights other sources if robots do otherwise.
     """
     after = simulation.copy()
     flames = after.world.flames

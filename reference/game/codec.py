@@ -78,7 +78,8 @@ class PolicyCodec:
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, G, V) float32, what a network reads at S moments.
 
-        The fire's numbers are scaled; Table II does not scale them [E4, deviation].
+        The fire's numbers are scaled, which Table II does not do: metres and seconds as
+        they are do not train [E4, deviation].
         """
         vectors = np.stack([moment.vectors for moment in moments])
         if self.side == "fire":

@@ -346,7 +346,7 @@ def test_a_robot_inside_a_stairwell_is_seen_by_those_it_leads():
     assert robot.body in view(sim, "p").robots
 
 
-@pytest.mark.paper("C5", "chosen")
+@pytest.mark.paper("C7", "chosen")
 def test_a_robot_stands_in_nobodys_way():
     """p walks through it to the exit in view, as if it were not there."""
     for seconds in (0.8, 1.6, 2.4):
@@ -356,13 +356,13 @@ def test_a_robot_stands_in_nobodys_way():
     assert later("#p..R..E", 5, leads="p", sight_range=8) == "#...R..E"
 
 
-@pytest.mark.paper("C5", "chosen")
+@pytest.mark.paper("C7", "chosen")
 def test_a_robot_does_not_burn():
     """It passes flames that it cannot avoid, and works on."""
     assert later("#R..*....1..pE", 8, still="p") == "#...*....R..pE"
 
 
-@pytest.mark.paper("C5", "chosen")
+@pytest.mark.paper("C7", "chosen")
 @pytest.mark.parametrize(("flame", "passes"), [("*", "south"), (",", "straight on")])
 def test_a_robot_leads_around_flames_where_it_can(flame, passes):
     """They do not hurt it, but those who follow; ash hurts nobody."""
@@ -383,7 +383,7 @@ def test_a_robot_leads_around_flames_where_it_can(flame, passes):
     assert rows == ({1, 2, 3} if passes == "south" else {1})
 
 
-@pytest.mark.paper("C5", "chosen")
+@pytest.mark.paper("C7", "chosen")
 def test_a_robot_goes_straight_though_it_burns_on_another_floor():
     """Around flames of its own floor it goes from cell to cell."""
     lower = "#######\n#R....#\n#..*..#\n#....1E\n#p....#\n#######"
@@ -395,7 +395,7 @@ def test_a_robot_goes_straight_though_it_burns_on_another_floor():
     assert len(below.way) > 3
 
 
-@pytest.mark.paper("C5", "chosen")
+@pytest.mark.paper("C7", "chosen")
 def test_a_metre_in_flames_counts_more_than_one_beside_them():
     """The robot takes the longer way, beside two flames instead of through one."""
     board, after = beside("""

@@ -342,6 +342,23 @@ def test_a_cell_burns_for_40_s_and_is_ash_then():
 
 
 @pytest.mark.paper("D7", "chosen")
+def test_a_source_is_seen_to_burn_from_the_next_step_of_the_flames_on():
+    """Its cell is lit between two of them, so it burns a second less than others."""
+    sim = stage("#..........E")
+    sim.fire_strategy = FirstDecision((0, *sim.building.metres(1, 1)), NoFire())
+    while not sim.world.flames.sources:
+        sim.step()
+    (source,) = sim.world.flames.sources
+    seen = []
+    while not sim.world.flames.ash[0, 1, 1]:
+        if sim.world.flames.burning[0, 1, 1]:
+            seen.append(sim.world.time)
+        sim.step()
+    assert seen[0] == pytest.approx(source.time + paper.FLAME_SECONDS)
+    assert sim.world.time == pytest.approx(source.time + paper.BURN_SECONDS)
+
+
+@pytest.mark.paper("D7", "chosen")
 def test_one_border_in_eleven_carries_no_flames(spread):
     """Those whose delay is longer than a cell burns: bond percolation."""
     burns = burnable(spread.building)

@@ -169,7 +169,9 @@ class Citation(NamedTuple):
 
     @property
     def reason(self) -> str:
-        """What is said there: a comment or a paragraph; after a first one the next."""
+        """What is said there: a comment or a paragraph; after a first one, or one that
+        ends in a colon, the next, too.
+        """
         if self.text.startswith("# --"):  # a heading: the comment below it
             below = lines_of(self.symbol.path)[self.line :]
             return without_citations(" ".join(line.strip("# ") for line in below))
@@ -178,7 +180,8 @@ class Citation(NamedTuple):
         paragraphs = self.symbol.doc.split("\n\n")
         citing = [self.text.strip(' "') in paragraph for paragraph in paragraphs]
         k = citing.index(True)
-        count = 2 if k == 0 else 1  # after a first line the reason comes next
+        leads_on = k == 0 or paragraphs[k].endswith(":")  # the reason, or a list
+        count = 2 if leads_on else 1
         return without_citations(" ".join(paragraphs[k : k + count]))
 
 

@@ -65,7 +65,7 @@ def leader_sets_off(N, me, mine, observe, some):
     nearest = exit_in_view(observe)
     if nearest >= 0:  # Alg. 2:2
         return AIM_LANDMARK, nearest, -1  # Alg. 2:3
-    if observe.now[0].robot >= 0:  # Alg. 2:6, 7
+    if observe.now[0].robot >= 0:  # robots lead [B6]
         return follow(N, me, observe, observe.now[0].robot)
     wanted = desired(N, me, mine, observe)
     if wanted >= 0:  # Alg. 2:5

@@ -14,7 +14,7 @@ from reference.workshop.strategies.observed import nearest_places
 from reference.workshop.strategies.traffic import places_walked, traffic
 from reference.world import World
 
-APART_METRES = 4.0  # [F4, chosen] metres between two cells that `busiest` lists
+APART_METRES = 4.0  # [D2, chosen] between cells that `busiest` lists: fires are apart
 
 
 class GreedyFire:

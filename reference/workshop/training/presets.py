@@ -36,8 +36,9 @@ class Settings:
     """Settings of a whole training: both sides, the scenario and rounds [E6].
 
     episodes_per_job     episodes one worker plays in lockstep, network calls batched
-    jobs_per_round       rollouts between two updates; it does not depend on the number
-                         of workers, so that this number changes no result
+    jobs_per_round       rollouts of a round; an update comes when a buffer is full. It
+                         does not depend on the number of workers, so that this number
+                         changes no result
     random_fires         share of the jobs in which a scripted fire stands in for one
                          that learns: robots easily overfit to a single adversary
     stand_ins            these fires, in turn
