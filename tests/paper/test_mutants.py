@@ -35,8 +35,8 @@ A3 walking
   - bodies.stairs_until[i] +=
   + bodies.stairs_until[i] += 2 *
 A3 walking
-  - >= paper.body_diameter()).all()
-  + >= 0).all()
+  - < paper.body_diameter()).any()
+  + < 0).any()
 A4 simulation
   - self._leave(i, Fate.EVACUATED)
   + pass
@@ -190,15 +190,6 @@ C3 game/observations
 C4 game/observations
   - rank = np.where(up >= 0, up, floors - up)
   + rank = np.abs(up)
-C5 fire
-  - return np.where(burning, paper.BURN_COST, detour)
-  + return np.where(burning, paper.HEAT_COST, detour)
-C5 fire
-  - np.where(burning, paper.BURN_COST, detour)
-  + detour + np.where(burning, paper.BURN_COST, 0.0)
-C5 robots
-  - if world.flames.burning[floor].any() else
-  + if world.flames.burning.any() else
 C6 robots
   - goal = nav.nearest_free(robot.floor, *target)
   + goal = nav.nearest_free(robot.floor, *decision)
@@ -208,6 +199,15 @@ C6 robots
 C6 robots
   - and to_exit < to_stairs
   + and to_exit < 0
+C7 fire
+  - return np.where(burning, paper.BURN_COST, detour)
+  + return np.where(burning, paper.HEAT_COST, detour)
+C7 fire
+  - np.where(burning, paper.BURN_COST, detour)
+  + detour + np.where(burning, paper.BURN_COST, 0.0)
+C7 robots
+  - if world.flames.burning[floor].any() else
+  + if world.flames.burning.any() else
 C7 robots
   - waits = gap > paper.FOLLOWER_GAP
   + waits = gap > 9 + paper.FOLLOWER_GAP
