@@ -468,7 +468,7 @@ def test_a_third_robot_begins_where_the_first_one_does(board, cols):
     assert found == cols * built(board).floors
 
 
-@pytest.mark.paper("C5")
+@pytest.mark.paper("C7")
 def test_robots_decide_every_few_seconds():
     """Every DECISION_SECONDS, beginning at once."""
     script = Script()

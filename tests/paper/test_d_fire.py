@@ -433,7 +433,7 @@ def test_everybody_loses_what_their_own_place_costs():
 
 
 @pytest.mark.paper("B7")
-@pytest.mark.paper("C5", "chosen")
+@pytest.mark.paper("C7", "chosen")
 def test_two_flames_side_by_side_are_no_hotter_than_one():
     """h: beside flames, in all four directions, not where only corners meet. A metre
     there counts as 4 for robots, and as 50 in flames."""
