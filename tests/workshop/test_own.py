@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from movies import shipped, turns
 from refusals import refusal
+from trainings import Stopped
 
 from reference import load, paper
 from reference.__main__ import main
@@ -294,6 +295,28 @@ def test_an_evaluation_does_not_go_on_with_code_that_has_changed(mine, capsys):
         assert (found, named in message) == (1, True), message
         Path(file).write_text(before)
     assert main(["evaluate", "--resume", "--workers", "0", "--out", "out"]) == 0
+
+
+def test_code_is_known_by_its_runs_though_others_are_asked_for_meanwhile(mine):
+    """What a folder has of it is not taken for what it became since."""
+
+    def asked(robots):
+        return matches.begin_evaluation(
+            (robots,), ("none",), "tiny", people=2, episodes=1
+        )
+
+    def play(robots, jobs):
+        return runs.play_evaluation(asked(robots), Path("out"), Stopped(jobs))
+
+    before = play(f"{mine}:Guide", jobs=1)
+    with pytest.raises(KeyboardInterrupt):
+        play("none", jobs=0)
+    assert play(f"{mine}:Guide", jobs=0) == before
+    with pytest.raises(KeyboardInterrupt):
+        play("none", jobs=0)
+    Path(f"{mine}.py").write_text(CODE + "# faster\n")
+    with pytest.raises(InputError, match=f"{mine}.py has changed since"):
+        play(f"{mine}:Guide", jobs=1)
 
 
 def test_code_that_raised_may_be_mended_before_an_evaluation_goes_on(mine):

@@ -345,14 +345,18 @@ def _digest_of_drawing(drawing: Drawing) -> str:
     return digest_of(repr(drawing).encode())
 
 
-def refuse_mixing(evaluation: Evaluation, folder: Path, played: set[str]) -> None:
+def refuse_mixing(
+    evaluation: Evaluation, folder: Path, played: set[str]
+) -> Mapping[str, Mapping[str, str]]:
     """Raise InputError if a folder's runs are of other files or numbers by these names.
 
     played: the words of these runs; a word without runs may mean what it likes
+
+    Returns the digests that these runs were made with.
     """
     path = folder / EVALUATION_FILE
     if not played or not path.exists():
-        return
+        return {}
     content = read_json(path)
     refuse_numbers(path, content.get("numbers"))
     digests = content.get("digests", {})
@@ -360,6 +364,7 @@ def refuse_mixing(evaluation: Evaluation, folder: Path, played: set[str]) -> Non
         begun = checked_value("digests", digests, Mapping[str, Mapping[str, str]])
         mixed = {word: begun[word] for word in begun if word in {*played, MAP}}
         refuse_changed(mixed, evaluation.digests)
+    return mixed
 
 
 def resume_evaluation(

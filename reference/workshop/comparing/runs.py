@@ -8,7 +8,7 @@ run is over, so that an interruption loses no more than the runs that were being
 import sys
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -110,9 +110,10 @@ def play_evaluation(
             result.run: result for result in read_runs(folder / RUNS_FILE, evaluation)
         }
         played = {word for robots, fire, _ in done for word in (robots, fire)}
-        matches.refuse_mixing(evaluation, folder, played)
-        # first: without it nobody could go on
-        matches.write_evaluation(evaluation, folder)
+        kept = matches.refuse_mixing(evaluation, folder, played)
+        # first: without it nobody could go on; with the files of all runs that are kept
+        digests = {**kept, **evaluation.digests}
+        matches.write_evaluation(replace(evaluation, digests=digests), folder)
         table = table_of(folder / RUNS_FILE, done.values())
 
     # The rest, in jobs
