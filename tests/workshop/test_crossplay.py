@@ -29,6 +29,7 @@ from reference.workshop.comparing.intervals import interval_of_mean
 from reference.workshop.comparing.matches import notes
 from reference.workshop.comparing.results import baseline_of, evaluation_as_json
 from reference.workshop.maps import find_map, load
+from reference.workshop.storage import progress
 from reference.workshop.storage.workers import InProcess, one_thread, workers
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.checkpoints import load_checkpoint as load_checkpoint
@@ -114,6 +115,21 @@ def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     assert play_evaluation(resume_evaluation(folder), folder, Stopped(jobs=1)) == small
     play_evaluation(begin_evaluation(**SMALL), whole, InProcess())
     assert (folder / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
+
+
+def test_who_is_not_asked_for_keeps_the_runs_that_are_there(small, monkeypatch, capsys):
+    """Behind those that are; what is told counts none of them."""
+    monkeypatch.setattr(progress, "SECONDS_BETWEEN", 0.0)
+    monkeypatch.setattr(runs, "RUNS_PER_JOB", 1)
+    folder = Path("out")
+    both = begin_evaluation(**SMALL)
+    runs.table_of(folder / "runs.csv", small[:2])
+    alone = begin_evaluation(**SMALL | {"robots": ("sweep",)})
+    assert play_evaluation(alone, folder, InProcess()) == small[2:]
+    told = capsys.readouterr().err
+    assert "1 runs, 50% done" in told and "2 runs, 100% done" in told
+    assert runs.read_runs(folder / "runs.csv", both) == [*small[2:], *small[:2]]
+    assert play_evaluation(both, folder, Stopped()) == small
 
 
 def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small):

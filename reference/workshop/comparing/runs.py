@@ -97,9 +97,10 @@ def play_evaluation(
 ) -> list[RunResult]:
     """Play all runs; return their results in order.
 
-    Runs already in the folder are not played again; without a folder nothing is
-    written. Raises OSError where something cannot be written, ValueError for a damaged
-    table of runs and for runs of files that have changed since.
+    Runs already in the folder are not played again, and stay there, also those that are
+    not asked for; without a folder nothing is written. Raises OSError where something
+    cannot be written, ValueError for a damaged table of runs and for runs of files that
+    have changed since.
     """
     # What is done already
     done = dict[RunKey, RunResult]()
@@ -125,21 +126,22 @@ def play_evaluation(
     if jobs:
         import_early(executor, (__name__, "reference.workshop.engine.going"), len(jobs))
         make_ready()
-    begun = len(runs) - len(left)
-    pace = Pace(len(runs), begun)
-    bar = tqdm(total=len(runs), initial=begun, unit="run", disable=None, leave=False)
+    over = len(runs) - len(left)
+    pace = Pace(len(runs), over)
+    bar = tqdm(total=len(runs), initial=over, unit="run", disable=None, leave=False)
     with bar:
         for _, results in map_as_done(executor, play_runs, jobs):
             done |= {result.run: result for result in results}
             if table:
                 table.append(map(row_of, results))
             bar.update(len(results))
+            over += len(results)
             if bar.disable and pace.due:
-                print(f"{len(done)} runs, {pace.in_words(len(done))}", file=sys.stderr)
+                print(f"{over} runs, {pace.in_words(over)}", file=sys.stderr)
 
-    ordered = [done[run] for run in runs]
+    ordered = [done.pop(run) for run in runs]
     if folder:
-        table_of(folder / RUNS_FILE, ordered)
+        table_of(folder / RUNS_FILE, [*ordered, *done.values()])
     return ordered
 
 
