@@ -10,7 +10,6 @@ import pytest
 pytest.importorskip("numba")
 
 import numba
-from filelock import FileLock
 from trainings import room_for
 
 from reference.workshop.engine import mirrors, storing
@@ -211,7 +210,7 @@ def test_who_waits_for_another_process_is_told(tmp_path, monkeypatch):
     begun = Event()
 
     def hold():
-        with FileLock(tmp_path / "compiling.lock"):
+        with storing.lock_in(tmp_path):
             begun.set()
             time.sleep(1)
 
@@ -221,3 +220,13 @@ def test_who_waits_for_another_process_is_told(tmp_path, monkeypatch):
     with storing._alone_in(tmp_path, told.append):
         assert told == ["another process is compiling the engine: waiting for it"]
     other.join()
+
+
+def test_nobody_waits_for_another_checkout(tmp_path, monkeypatch):
+    """The files of one are not those of the other, though they share a folder."""
+    monkeypatch.setattr(storing, "PATIENCE", 0.0)
+    told = []
+    with storing.lock_in(tmp_path), monkeypatch.context() as patch:
+        patch.setattr(storing, "ENGINE", tmp_path / "another" / "engine")
+        with storing._alone_in(tmp_path, told.append):
+            assert told == []

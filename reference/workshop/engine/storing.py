@@ -24,7 +24,7 @@ from numba.core.registry import cpu_target
 from reference.workshop.engine.mirrors import ENTRIES
 from reference.workshop.storage.workers import stop_delayed
 
-ENGINE = Path(__file__).parent
+ENGINE = Path(__file__).absolute().parent
 CONFIG: Any = numba.config
 PATIENCE = 3.0  # seconds until one is told for what one waits; loading takes one
 UNUSED_DAYS = 7  # until what another version has compiled is removed
@@ -173,12 +173,18 @@ def _keep_entries_in(folder: Path | None) -> None:
         CONFIG.CACHE_DIR = before
 
 
+def lock_in(folder: Path) -> FileLock:
+    """Make this checkout's lock: numba keeps what others compile in their own files."""
+    checkout = sha256(str(ENGINE).encode()).hexdigest()[:16]
+    return FileLock(folder / f"{checkout}.lock")
+
+
 @contextmanager
 def _alone_in(folder: Path, say: Callable[[str], None]) -> Iterator[None]:
     """Let others wait meanwhile, who then load what is compiled here."""
     with ExitStack() as stack:
         with suppress(OSError, NotImplementedError):  # a disk that knows no locks
-            lock = FileLock(folder / "compiling.lock")
+            lock = lock_in(folder)
             try:
                 lock.acquire(timeout=PATIENCE)
             except Timeout:
