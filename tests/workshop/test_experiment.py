@@ -277,6 +277,19 @@ def test_a_cluster_is_waited_for_and_told_when_it_ends(machines, capsys):
     assert "waiting for a worker; start one" in capsys.readouterr().err
 
 
+@dask
+def test_refuses_a_worker_with_several_threads():
+    """Dask's default: two trainings in one process would share their log."""
+    distributed = pytest.importorskip("distributed")
+    local = {"n_workers": 1, "threads_per_worker": 2, "processes": False}
+    with (
+        distributed.LocalCluster(**local, dashboard_address=None) as machines,
+        pytest.raises(InputError, match="start its workers with --nthreads 1"),
+        cluster(machines.scheduler_address),
+    ):
+        pytest.fail("it was taken")
+
+
 def test_refuses_a_cluster_that_does_not_answer(monkeypatch):
     """Or Dask that is not there; in one message."""
     monkeypatch.setattr(workforce, "ANSWER_SECONDS", 0.2)

@@ -325,7 +325,7 @@ def cluster(address: str) -> Iterator[Executor]:
     """Yield the workers of a Dask scheduler, once there are any.
 
     Needs the extra `cluster`. Raises InputError without it, without an answer, and for
-    workers that fail, or have another version of this package or none.
+    workers that fail, have several threads, or another version of this package or none.
     """
     try:
         from distributed import Client, KilledWorker
@@ -354,7 +354,7 @@ def cluster(address: str) -> Iterator[Executor]:
 
 
 def _refuse_other_workers(client: Any, address: str) -> None:
-    """Wait for a worker; raise InputError if one has another version, or none."""
+    """Wait for a worker; raise InputError for another version or several threads."""
     if not client.nthreads():
         print(f"{address}: waiting for a worker; start one", file=sys.stderr)
         client.wait_for_workers(1)
@@ -367,6 +367,9 @@ def _refuse_other_workers(client: Any, address: str) -> None:
             f"{address}: its workers have version {', '.join(sorted(versions))} of "
             f"this package; here it is {_version()}. Install the same everywhere."
         )
+    # stderr and torch's number of threads belong to a process, so to all its jobs
+    if max(client.nthreads().values(), default=1) > 1:
+        raise InputError(f"{address}: start its workers with --nthreads 1.")
 
 
 def _version() -> str:
