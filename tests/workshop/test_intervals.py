@@ -1,5 +1,6 @@
 """Bootstrap intervals: what they hold, how often, and what they refuse."""
 
+import tracemalloc
 from functools import partial
 
 import numpy as np
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 
 from reference.evaluation.score import paper_ruler
 from reference.workshop.comparing.intervals import (
+    RESAMPLES,
     interval_of_mean,
     interval_of_means,
     interval_over_trainings,
@@ -66,6 +68,27 @@ def test_an_interval_is_made_of_numbers_and_lies_within_the_values(values):
 def test_equal_values_make_an_interval_without_width(value, runs):
     """To the last bit; so does a single one, which tells nothing of scatter."""
     assert interval_of_mean([value] * runs) == (value, value, value)
+
+
+def test_samples_are_drawn_at_once_or_not_and_are_the_same():
+    """By the formula written out."""
+    rows = np.random.default_rng(5).normal(3, 2, (37, 2))
+    drawn = np.random.default_rng(0).integers(37, size=(RESAMPLES, 37))
+    means = rows[drawn].mean(axis=1)
+    found = intervals_of_columns(rows)
+    wanted = [rows.mean(axis=0), *np.quantile(means, [0.025, 0.975], axis=0)]
+    np.testing.assert_allclose(found, wanted, rtol=1e-12)
+
+
+def test_many_runs_take_little_memory():
+    """Of 5,000 all samples at once had taken 300 MB."""
+    tracemalloc.start()
+    try:
+        interval_of_mean(np.arange(5000.0))
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 2e7
 
 
 # -- Training runs ------------------------------------------------------------------
