@@ -1,5 +1,6 @@
 """Runs in folders: one at a time, and what is told to a second one."""
 
+import tracemalloc
 from subprocess import PIPE
 
 import pytest
@@ -9,6 +10,8 @@ from processes import python
 from reference.__main__ import main
 from reference.paper import InputError
 from reference.workshop.maps import find_map
+from reference.workshop.storage import files
+from reference.workshop.storage.files import Table, read_table
 from reference.workshop.storage.runs import (
     digests_of_code,
     locked,
@@ -161,3 +164,36 @@ def test_a_training_does_not_go_on_when_its_map_has_changed(
     assert "office.txt has changed since" in capsys.readouterr().err
     (tmp_path / "office.txt").unlink()
     assert main(again) == 0
+
+
+# -- Tables -------------------------------------------------------------------------
+
+
+def test_a_table_of_any_size_is_read_row_by_row(tmp_path):
+    """What is still being written at its end is left out."""
+    path = tmp_path / "runs.csv"
+    row = {"name": "sweep", "times": "9.5 " * 500}
+    Table(path, [*row], [row] * 2000)
+    with path.open("a") as file:
+        file.write("sweep,9.5 ")
+    tracemalloc.start()
+    try:
+        found = read_table(path, [*row], lambda cells: cells == row)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert found == [True] * 2000
+    assert peak < path.stat().st_size / 10
+
+
+@pytest.mark.parametrize("end", ["", "\n"])
+def test_refuses_a_foreign_file_without_lines(end, tmp_path, monkeypatch):
+    """It is not read whole; nor is a row without end."""
+    monkeypatch.setattr(files, "LONGEST_LINE", 100)
+    path = tmp_path / "runs.csv"
+    path.write_text("x" * 1000 + end)
+    with pytest.raises(InputError, match="is no table of these runs"):
+        read_table(path, ["name"], dict)
+    path.write_text("name,times\n" + "x" * 1000 + end)
+    with pytest.raises(InputError, match=r"runs\.csv:2: this row is damaged"):
+        read_table(path, ["name", "times"], dict)

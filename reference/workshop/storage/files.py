@@ -14,7 +14,7 @@ from pathlib import Path
 from select import select
 from shutil import copymode, rmtree
 from tempfile import TemporaryFile
-from typing import Any, BinaryIO, TypeVar
+from typing import Any, BinaryIO, TextIO, TypeVar
 
 from reference.paper import InputError
 
@@ -166,7 +166,7 @@ def open_to_read(path: Path) -> BinaryIO:
     return os.fdopen(pipe, "rb")
 
 
-def read_text(path: Path, most: int = 1 << 22, errors: str = "strict") -> str:
+def read_text(path: Path, most: int = 1 << 22) -> str:
     """Read a text of at most `most` bytes. Raises ValueError, OSError."""
     refuse_no_file(path)
     with path.open("rb") as file:
@@ -174,7 +174,7 @@ def read_text(path: Path, most: int = 1 << 22, errors: str = "strict") -> str:
     if len(content) > most:
         raise InputError(f"{path}: has more than {most:,} bytes. Name another file.")
     try:
-        return content.decode("utf-8-sig", errors)
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path}: is no text. Save it as UTF-8.") from None
 
@@ -193,7 +193,7 @@ def read_json(path: Path) -> dict[str, Any]:
 # -- Tables -------------------------------------------------------------------------
 
 RowMade = TypeVar("RowMade")
-LARGEST_TABLE = 1 << 28  # bytes
+LONGEST_LINE = 1 << 20  # of a table, characters: a foreign file may have no other
 
 
 class Table:
@@ -229,18 +229,28 @@ def read_table(
     """
     if not path.exists():
         return []
-    text = read_text(path, LARGEST_TABLE, "replace")
-    head, _, rows = text[: text.rfind("\n") + 1].partition("\n")
-    if text and head.rstrip("\r") != ",".join(columns):
-        raise InputError(f"{path}: is no table of these runs. Name another folder.")
-    lines = csv.reader(StringIO(rows))
-    try:
-        return [made(_by_column(columns, row)) for row in lines if row]
-    except (ValueError, csv.Error) as error:
-        raise InputError(
-            f"{path}:{lines.line_num + 1}: this row is damaged ({error!s:.99}). Remove "
-            "it, or begin anew in another folder."
-        ) from error
+    refuse_no_file(path)
+    with path.open(encoding="utf-8-sig", errors="replace", newline="\n") as file:
+        whole = _whole_lines(file)
+        head = next(whole, "")
+        if path.stat().st_size and head.rstrip("\r\n") != ",".join(columns):
+            raise InputError(f"{path}: is no table of these runs. Name another folder.")
+        lines = csv.reader(whole)
+        try:
+            return [made(_by_column(columns, row)) for row in lines if row]
+        except (ValueError, csv.Error) as error:
+            raise InputError(
+                f"{path}:{lines.line_num + 1}: this row is damaged ({error!s:.99}). "
+                "Remove it, or begin anew in another folder."
+            ) from error
+
+
+def _whole_lines(file: TextIO) -> Iterator[str]:
+    """Yield lines up to one that has no end yet; what is too long comes in parts."""
+    for line in iter(lambda: file.readline(LONGEST_LINE), ""):
+        if line[-1] != "\n" and len(line) < LONGEST_LINE:
+            return
+        yield line
 
 
 def _by_column(columns: Sequence[str], row: Sequence[str]) -> dict[str, str]:
