@@ -7,6 +7,7 @@ import time
 from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 from multiprocessing import active_children
 from pickle import PicklingError
+from queue import Empty, SimpleQueue
 from subprocess import DEVNULL, PIPE
 
 import pytest
@@ -32,6 +33,25 @@ def test_results_can_come_as_they_are_done():
     with ThreadPoolExecutor(2) as executor:
         found = map_as_done(executor, time.sleep, [0.5, 0.0])
         assert [number for number, _ in found] == [1, 0]
+
+
+def test_many_jobs_are_waited_for_one_by_one():
+    """Nobody looks through all that wait whenever one is done; that took minutes."""
+    begin = time.process_time()
+    with ThreadPoolExecutor(2) as executor:
+        found = dict(map_as_done(executor, str, range(20_000)))
+    assert found == {number: str(number) for number in range(20_000)}
+    assert time.process_time() - begin < 20
+
+
+def test_a_job_may_raise_what_an_empty_queue_does():
+    """It is told, not waited for."""
+
+    def look(job):
+        return SimpleQueue().get(block=False)
+
+    with ThreadPoolExecutor(1) as executor, pytest.raises(Empty):
+        list(map_as_done(executor, look, ["one"]))
 
 
 def test_here_a_result_comes_before_the_next_job_begins():

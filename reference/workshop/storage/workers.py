@@ -11,19 +11,18 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import (
-    FIRST_COMPLETED,
     BrokenExecutor,
     CancelledError,
     Executor,
     Future,
     ThreadPoolExecutor,
 )
-from concurrent.futures import wait as wait_for
 from contextlib import AbstractContextManager, contextmanager, suppress
 from importlib import import_module
 from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
+from queue import Empty, SimpleQueue
 from threading import Lock, RLock, Thread, Timer, current_thread, local, main_thread
 from traceback import format_exc
 from typing import Any, NoReturn, TypeVar
@@ -144,15 +143,21 @@ def map_as_done(
     Raises what the work raises, and BrokenExecutor for a worker that has died. Jobs
     that are not done by then are left to whoever ends the executor.
     """
+    done: SimpleQueue[Future[Result]] = SimpleQueue()
     waiting: dict[Future[Result], int] = {}
     for number, job in enumerate(jobs):
-        future = executor.submit(_under_numbers, paper_numbers(), work, job)
-        waiting[future] = number
-        if future.done():  # in this process
+        submitted = executor.submit(_under_numbers, paper_numbers(), work, job)
+        waiting[submitted] = number
+        submitted.add_done_callback(done.put)
+        while not done.empty():
+            future = done.get()
             yield waiting.pop(future), future.result()
     while waiting:
-        for future in wait_for(waiting, STOP_CHECK_SECONDS, FIRST_COMPLETED).done:
-            yield waiting.pop(future), future.result()
+        try:
+            future = done.get(timeout=STOP_CHECK_SECONDS)
+        except Empty:
+            continue  # a stop is heard now
+        yield waiting.pop(future), future.result()
 
 
 def _under_numbers(
