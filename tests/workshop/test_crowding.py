@@ -1,5 +1,6 @@
 """Where people were dense and where they died: counts, and the picture of them."""
 
+import weakref
 from types import SimpleNamespace
 
 import numpy as np
@@ -50,6 +51,23 @@ def test_everybody_who_died_is_counted_where_they_lie():
     places = [run.world.bodies.place[who] for run, who in zip(runs, dead, strict=True)]
     assert set(np.flatnonzero(seen.deaths)) == set(np.concatenate(places))
     assert 0 < seen.density.max() <= 12
+
+
+def test_each_evacuation_counts_as_much_as_any_other_and_is_not_kept():
+    """The mean of the highest densities; the dead of all."""
+    seen = Crowding()
+    kept = []
+    for number in range(3):
+        simulation = stage(ROOMS)
+        bodies = simulation.world.bodies
+        bodies.fate[:number] = Fate.DEAD
+        note = seen.watch(simulation)
+        note()
+        kept.append(weakref.ref(seen._last_highest))
+    assert seen.runs == 3 and seen.deaths.sum() == 0 + 1 + 2
+    assert seen.density[0, 1, 1] == pytest.approx((3 + 2 + 1) / 4 / 3)
+    del note
+    assert [ref() is None for ref in kept] == [True, True, False]
 
 
 def test_the_picture_says_over_how_many_evacuations_and_how_many_died():

@@ -5,6 +5,7 @@ square of 3 m around it; on stairs nobody is counted.
 """
 
 from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 from scipy import ndimage
@@ -23,19 +24,30 @@ class Crowding:
     building: Building
 
     def __init__(self) -> None:
-        self._highest: list[np.ndarray] = []  # density in each evacuation
-        self._dead: list[np.ndarray] = []
+        self.runs = 0  # evacuations watched
+        # of all: sums of the highest densities, and who is dead
+        self._highest: Any = 0.0
+        self._dead: Any = 0
+        # of the last one, which may go on
+        self._last_highest: Any = 0.0
+        self._last_dead: Any = 0
 
     def watch(self, simulation: Simulation) -> Callable[[], None]:
-        """Watch one more evacuation; returns what notes an instant, for `ticks`."""
+        """Watch one more evacuation, when the one before is over.
+
+        Returns what notes an instant, for `ticks`.
+        """
         walkable = simulation.building.walkable
         # square metres; inf so that a wall is never dense
         floor = np.where(walkable, _sum_around(walkable), np.inf)
         highest = np.zeros(walkable.shape)
         dead = np.zeros(walkable.shape, int)
         self.building = simulation.building
-        self._highest.append(highest)
-        self._dead.append(dead)
+        self.runs += 1
+        self._highest = self._highest + self._last_highest
+        self._dead = self._dead + self._last_dead
+        self._last_highest = highest
+        self._last_dead = dead
 
         def note() -> None:
             """Note this instant's densities, and who is dead."""
@@ -47,19 +59,14 @@ class Crowding:
         return note
 
     @property
-    def runs(self) -> int:
-        """How many evacuations were watched."""
-        return len(self._dead)
-
-    @property
     def density(self) -> np.ndarray:
         """Highest people per square metre, the mean over all: (floors, rows, cols)."""
-        return np.mean(self._highest, axis=0)
+        return (self._highest + self._last_highest) / self.runs
 
     @property
     def deaths(self) -> np.ndarray:
         """How many died at each cell, in all together [B7]: (floors, rows, cols)."""
-        return np.sum(self._dead, axis=0)
+        return self._dead + self._last_dead
 
 
 def _count(simulation: Simulation, who: np.ndarray) -> np.ndarray:
