@@ -22,6 +22,7 @@ from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE, sheet
 from reference.workshop.maps import load, plan_of
 from reference.workshop.storage.files import Table
+from reference.workshop.storage.workers import torch_threads
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.fires import BusiestFire
 from reference.workshop.training import levels, summaries
@@ -342,18 +343,20 @@ def test_where_no_robots_stand_only_nobody_is_a_level(monkeypatch):
 
 
 def test_several_maps_meet_all_fires(monkeypatch):
-    """No map meets one fire alone."""
+    """No map meets one fire alone; networks have one thread, as everywhere."""
     monkeypatch.setattr(levels, "EVACUATIONS", 8)
     played = []
 
     def noted(job, advance):
+        assert torch.get_num_threads() == 1
         played.append(job)
         return []
 
     monkeypatch.setattr(levels, "play", noted)
     maps = Family(names=("tiny", "museum"), plans=(TINY, plan_of(load("museum"))))
     task = replace(task_with(("random", "none")), family=maps)
-    levels._episodes(task, "none")
+    with torch_threads(2):
+        levels._episodes(task, "none")
     met = {(job.plan, type(job.fire)) for job in played}
     assert len(met) == 4 and len(played) == 8
 

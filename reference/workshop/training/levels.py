@@ -12,6 +12,7 @@ from typing import Any
 from reference.learning.players import LearnedNetwork
 from reference.learning.rollouts import Episode, Job, play
 from reference.workshop.engine import engine_is_ready, run_to_decision
+from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.workshop.training.checkpoints import Task, player_names
 from reference.workshop.training.summaries import (
@@ -79,7 +80,8 @@ def _episodes(task: Task, robots: str) -> list[Episode]:
             record=(),
         )
         jobs.append(job)
-    return [e for job in jobs for e in play(job, advance=run_to_decision)]
+    with one_thread():
+        return [e for job in jobs for e in play(job, advance=run_to_decision)]
 
 
 def _played(task: Task) -> tuple[Any, ...]:
