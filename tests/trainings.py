@@ -75,15 +75,16 @@ def trained(training: Training, folder: Path, rounds: int | None = None) -> Path
 
 
 class Stopped(InProcess):
-    """Does some jobs; then somebody presses Ctrl-C."""
+    """Does some jobs; then somebody presses Ctrl-C, or a worker dies."""
 
-    def __init__(self, jobs: int = 0) -> None:
+    def __init__(self, jobs: int = 0, why: type[BaseException] = KeyboardInterrupt):
         self.jobs = jobs
+        self.why = why
 
     def submit(self, fn, /, *given):
         """As `InProcess` does, while there are jobs to do."""
         if not self.jobs:
-            raise KeyboardInterrupt
+            raise self.why
         self.jobs -= 1
         return super().submit(fn, *given)
 

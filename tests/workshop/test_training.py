@@ -2,6 +2,7 @@
 
 import csv
 import signal
+from concurrent.futures import BrokenExecutor
 from copy import deepcopy
 from dataclasses import replace
 from itertools import chain, pairwise, product
@@ -341,6 +342,26 @@ def test_a_round_that_is_being_played_is_dropped(tmp_path):
         run_training(training, tmp_path, Stopped())
     assert training.round == 0
     assert equal(load_checkpoint(tmp_path).learners, begun().checkpoint().learners)
+
+
+def test_a_worker_that_has_died_costs_the_round_that_it_played(tmp_path):
+    """Though no side would keep a checkpoint yet."""
+    late = {"checkpoint_interval": 1000}
+    training = begun(tiny(robots=late, fire=late))
+    with pytest.raises(BrokenExecutor):
+        run_training(training, tmp_path, Stopped(1, BrokenExecutor))
+    assert load_checkpoint(tmp_path).round == training.round == 1
+
+
+def test_a_copy_that_is_done_stays_where_there_is_nothing_to_decide_later(tmp_path):
+    """It plays by its name; what copied nothing leaves nothing."""
+    short = tiny(scenario=replace(tiny().scenario, time_limit=1.0))
+    with pytest.raises(SettingsError, match="nothing to decide in a whole round"):
+        trained(begun(short, imitate="escort"), tmp_path / "copy")
+    assert load_checkpoint(tmp_path / "copy").progress["imitated"]
+    with pytest.raises(SettingsError, match="nothing to decide in a whole round"):
+        trained(begun(short), tmp_path / "nothing")
+    assert not [*(tmp_path / "nothing").iterdir()]
 
 
 def test_a_round_that_is_being_learned_from_is_finished(tmp_path, monkeypatch):

@@ -7,7 +7,7 @@ number is a setting.
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import BrokenExecutor, Executor
 from itertools import chain
 from pathlib import Path
 from time import process_time
@@ -50,9 +50,10 @@ def run_training(
 
     The folder gets checkpoints, the first before anything else, and summaries.csv.
     Returns the last checkpoint's path. Raises OSError where nothing can be written. A
-    KeyboardInterrupt drops a round that is being played; one that is being learned from
-    ends first. Then a checkpoint is saved, and it is raised. Raises SettingsError where
-    there is nothing to decide: a folder that was empty is empty again then.
+    KeyboardInterrupt, or a worker that has died, drops a round that is being played;
+    one that is being learned from ends first. Then a checkpoint is saved, and it is
+    raised. Raises SettingsError where there is nothing to decide: a folder that was
+    empty is empty again then, but for a copy that is done.
     """
     make_folder(folder)
     begun = newest_checkpoint(folder)
@@ -85,11 +86,12 @@ def run_training(
                     due = [side for side in over if over[side] != before[side]]
                     if due:
                         _save(training, folder, due)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, BrokenExecutor):
         _save(training, folder, ())  # a temporary one, to resume from
         raise
     except SettingsError:
-        if not begun and not training.round:
+        copied = training.task.imitate and training.imitated
+        if not (begun or training.round or copied):
             first.unlink()
             table.path.unlink()
         raise
