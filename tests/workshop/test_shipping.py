@@ -9,6 +9,7 @@ from conftest import ROOT
 from trainings import begun, equal, trained
 
 from reference.__main__ import main
+from reference.paper import InputError
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.checkpoints import CheckpointError, load_checkpoint
@@ -44,6 +45,11 @@ def test_the_robots_of_one_training_and_the_fire_of_another_ship(tmp_path):
     assert [again.progress[s]["initial"] for s in ("robots", "fire")] == [True, False]
     with pytest.raises(CheckpointError, match="nobody learned for the fire"):
         shipped(robots, robots)
+    slow = {**robots.numbers, "HEALTH": 50.0}
+    both = [replace(one, numbers=slow) for one in (robots, fire)]
+    assert shipped(*both).numbers == slow
+    with pytest.raises(InputError, match="learned with other numbers"):
+        shipped(robots, both[1])
 
 
 @pytest.mark.slow

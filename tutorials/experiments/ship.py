@@ -30,8 +30,11 @@ from reference.workshop.training.policies import LearnedFire, LearnedRobots
 def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
     """Combine two checkpoints into one in which both sides are fixed networks.
 
-    Raises CheckpointError where a side was not learned, or in another world.
+    Raises CheckpointError where a side was not learned, or in another world, and
+    InputError where they learned with other numbers of the paper.
     """
+    if robots.numbers != fire.numbers:
+        raise InputError("both sides learned with other numbers. Train one anew.")
     guide = LearnedRobots(robots)
     foe = LearnedFire(fire)
     foe.refuse_elsewhere(guide.building, guide.scenario)
@@ -41,7 +44,7 @@ def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
         robots.task, settings=settings, fixed=fixed, initial={}, imitate=None
     )
     made: dict[str, Any] = {"robots": how(robots, "robots"), "fire": how(fire, "fire")}
-    return Checkpoint(task, robots.round, {}, made, robots.version)
+    return Checkpoint(task, robots.round, {}, made, robots.version, robots.numbers)
 
 
 def how(checkpoint: Checkpoint, side: Side) -> dict[str, Any]:
