@@ -8,14 +8,21 @@ from types import SimpleNamespace
 import pytest
 from conftest import ROOT
 from processes import python
-from trainings import begun, tiny
+from trainings import begun, equal, tiny
 
 from reference import Simulation, load
 from reference.__main__ import main
 from reference.paper import InputError
+from reference.workshop.comparing.design import Experiment
 from reference.workshop.storage.files import read_json
-from reference.workshop.training.checkpoints import Task, save_checkpoint
+from reference.workshop.training.checkpoints import (
+    Task,
+    load_checkpoint,
+    save_checkpoint,
+)
 from reference.workshop.training.families import Family
+from reference.workshop.training.mlagents import read_yaml
+from reference.workshop.training.presets import preset
 from reference.workshop.training.rounds import Training
 
 SCRIPTS = ROOT / "tutorials" / "experiments"
@@ -225,6 +232,25 @@ def test_a_single_checkpoint_is_the_only_age(script, monkeypatch):
     Path(path).touch()
     monkeypatch.setattr(tenths, "ages", lambda folder, tenths: {path: "100%"})
     assert tenths.checkpoints(Path("out"), 10) == {"100%": path}
+
+
+def test_the_signal_of_every_lambda_is_that_of_the_same_network(script, monkeypatch):
+    """It is measured, not changed: nor are its normalisers."""
+    folder = kept(begun(fixed={"fire": ("none",)}))
+    measuring = script("signal_by_lambda")
+    seen = []
+
+    def note(learner):
+        seen.append({k: x.clone() for k, x in learner.actor.state_dict().items()})
+        return {}
+
+    monkeypatch.setattr(measuring, "measure_signal", note)
+    asked = ["--fire", "none", "--episodes", "1", "--workers", "0"]
+    monkeypatch.setattr("sys.argv", ["", str(folder), *asked])
+    measuring.main()
+    before = load_checkpoint(folder).learners["robots"]["actor"]
+    assert len(seen) == len(measuring.LAMBDAS)
+    assert all(equal(state, before) for state in seen)
 
 
 @pytest.mark.slow

@@ -72,12 +72,11 @@ def main():
     decisions = sum(life.steps for life in lives)
     print(f"{len(lives)} evacuations, {decisions:,} decisions")
 
-    # What would they learn from it, by each λ?
+    # What would they learn from it, by each λ? Normalisers stay as they are.
     settings = learner.settings
     for lambd in LAMBDAS:
         learner.settings = replace(settings, lambd=lambd)
-        learner.buffer = []
-        learner.add(lives)
+        learner.buffer = [learner.with_targets(life) for life in lives]
         signal = measure_signal(learner)
         figures = (f"{name} {figure:.2f}" for name, figure in signal.items())
         print(f"lambda {lambd}: {', '.join(figures)}")
