@@ -59,7 +59,7 @@ def seen(sim, masks=False, going=None):
     aims = robot_destinations(sim.world)
     if going is not None:
         aims[:] = to_normalised(sim.building, np.array(going))
-    found = frame.numbers(frame.observe([sim.world])[0], aims)
+    found = frame._view(frame.observe([sim.world])[0], aims, []).numbers()
     assert np.isfinite(found).all() and found.shape[1] == frame.size
     return frame, found
 
@@ -107,8 +107,8 @@ def test_what_moves_together_looks_the_same_to_a_robot():
     for part in ("humans", "robots", "fires"):
         layout.block_of(moved, part)[..., 0] += 2
     nowhere = np.full((2, 2), np.nan)
-    one = frame.numbers(vectors, nowhere)
-    other = frame.numbers(moved, nowhere)
+    one = frame._view(vectors, nowhere, []).numbers()
+    other = frame._view(moved, nowhere, []).numbers()
     first = 3 * frame.anchors
     same = slice(first, first + (4 + 1 + 2) * WIDTH)  # people, a mate, fires
     assert np.allclose(one[:, same], other[:, same], atol=1e-6)

@@ -158,11 +158,15 @@ class RobotsFrame(PolicyCodec):
         super().__init__("robots", building, scenario)
         self.settings = settings
         # Nobody's observation, of the right size: the map says how many anchors.
-        view = self._view(np.zeros((1, self.layout.size)), np.full((1, 2), np.nan))
+        nothing = np.zeros((1, self.layout.size))
+        view = self._view(nothing, np.full((1, 2), np.nan), [None])
         self.size: int = view.numbers().shape[1]
         self.anchors: int = view.anchors.shape[1]
 
-    def _view(self, vectors: np.ndarray, headed: np.ndarray) -> RobotView:
+    def _view(
+        self, vectors: np.ndarray, headed: np.ndarray, flames: Sequence[Flames | None]
+    ) -> RobotView:
+        """vectors (B, V), headed (B, 2): of all robots;  flames: of each world."""
         return RobotView(self, vectors, headed, self.settings.masks)
 
     @property
@@ -180,13 +184,13 @@ class RobotsFrame(PolicyCodec):
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, G, V) float32, what robots see in their frames; all moments at once."""
         vectors = np.concatenate([moment.vectors for moment in moments])
-        headed = robot_destinations(*(moment.world for moment in moments))
-        seen = self.numbers(vectors, headed)
+        worlds = [moment.world for moment in moments]
+        headed = robot_destinations(*worlds)
+        # Flames never leave the main body, so it is what the grid tells [C3].
+        flames = [world.flames for world in worlds]
+        with quick_searches(navigation_of(self.building)):
+            seen = self._view(vectors, headed, flames).numbers()
         return seen.reshape(len(moments), -1, self.size)
-
-    def numbers(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
-        """(N, V) float32, what robots that observe vectors see, headed to (N, 2)."""
-        return self._view(vectors, headed).numbers()
 
     def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
         """Metres (S, G, 2) of units around the robots (S, G, 2), with DECIMALS."""
@@ -207,7 +211,7 @@ class RobotsFrame(PolicyCodec):
     def off_anchors(self, raw: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """(N,) metres from raw actions (N, 2) to the nearest anchor that is allowed.
 
-        seen: (N, V), what `numbers` returned.
+        seen: (N, V), what is read.
         """
         K = self.anchors
         anchors = seen[:, : 2 * K].reshape(-1, K, 2)
@@ -228,12 +232,12 @@ class RobotsSets(RobotsFrame):
         # Nobody's observations, of the right size.
         robots = self.layout.blocks["robots"].rows
         vectors = np.zeros((robots, self.layout.size))
-        view = self._sets(vectors, np.full((robots, 2), np.nan), [None])
+        view = self._view(vectors, np.full((robots, 2), np.nan), [None])
         self.shapes = view.shapes()
         self.size = view.numbers().shape[1]
         self.anchors = view.anchors.shape[1]
 
-    def _sets(
+    def _view(
         self, vectors: np.ndarray, headed: np.ndarray, flames: Sequence[Flames | None]
     ) -> SetView:
         return SetView(self, vectors, headed, self.settings.masks, flames)
@@ -252,17 +256,6 @@ class RobotsSets(RobotsFrame):
             commitment=self.settings.commitment,
             sets=self.shapes,
         )
-
-    def read(self, moments: Sequence[Moment]) -> np.ndarray:
-        """(S, G, V) float32, see `SetShapes`."""
-        vectors = np.concatenate([moment.vectors for moment in moments])
-        worlds = [moment.world for moment in moments]
-        headed = robot_destinations(*worlds)
-        # Flames never leave the main body, so it is what the grid tells [C3].
-        flames = [world.flames for world in worlds]
-        with quick_searches(navigation_of(self.building)):
-            seen = self._sets(vectors, headed, flames).numbers()
-        return seen.reshape(len(moments), -1, self.size)
 
     def grids(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, 3 G, CROP, CROP) uint8: what is around each robot."""
