@@ -189,6 +189,45 @@ def test_best_responses_of_other_lengths_are_others(script, monkeypatch):
     assert len(set(trained)) == 6
 
 
+def test_best_responses_learn_and_play_under_what_the_experiment_states(
+    script, monkeypatch
+):
+    """Lists, too; not under what one of its arms has for itself."""
+    best = script("best_responses")
+    people = {"people_per_floor": [2, 1], "sources": 2}
+    stated = {"episodes_per_job": 1, "scenario": people, "fire": {"num_epoch": 2}}
+    experiment = Experiment(
+        arms={"near": {"fire": "random", "scenario": {"sight_range": 3.0}}},
+        decisions=20,
+        preset="tiny",
+        building="tiny",
+        seeds=(0,),
+        settings=stated,
+    )
+    played = []
+
+    def note(evaluation, *rest):
+        played.append(evaluation)
+        return [SimpleNamespace(survival=0.5)]
+
+    monkeypatch.setattr(best, "finish_training", lambda *asked: None)
+    monkeypatch.setattr(best, "newest_checkpoint", lambda path: path / "newest.pt")
+    monkeypatch.setattr(best, "with_digests", lambda evaluation: evaluation)
+    monkeypatch.setattr(best, "play_evaluation", note)
+    monkeypatch.setattr(best, "read_experiment", lambda path: experiment)
+    there = {"near-0": Path("near-0-1234abcd")}
+    monkeypatch.setattr(best, "finished", lambda experiment, folder: there)
+    asked = ["--decisions", "7", "--workers", "0"]
+    monkeypatch.setattr("sys.argv", ["", "asked.toml", "out", *asked])
+    best.main()
+    assert [evaluation.arena for evaluation in played] == [experiment.arena] * 2
+    written = Path("out/best_responses/7/settings.yaml")
+    learned = read_yaml(written, preset("tiny"))
+    assert learned.scenario.people_per_floor == (2, 1) and learned.scenario.sources == 2
+    assert (learned.episodes_per_job, learned.fire.num_epoch) == (1, 2)
+    assert (learned.fire.max_steps, learned.fire.buffer_size) == (7, 64)
+
+
 def test_where_nobody_dies_nothing_is_told_of_deaths(script, capsys):
     """No share of nothing: numpy's warnings would be errors here."""
     dying = script("where_people_die")

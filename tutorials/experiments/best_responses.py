@@ -3,8 +3,9 @@
     python tutorials/experiments/best_responses.py tutorials/experiments/league.toml \
         out/league
 
-A best response begins from nothing and learns against robots that learn no more, for
-as many decisions as the least that is asked of a fire in a league, 20,000.  One is
+A best response begins from nothing and learns against robots that learn no more, with
+the settings of all arms, for as many decisions as the least that is asked of a fire in
+a league, 20,000.  One is
 made for each finished training, and for `escort`; then robots meet the one made for
 them, on the seeds of the experiment's tests.  Whatever is finished is kept, each
 number of decisions apart; the same command goes on.  A training takes some four minutes
@@ -22,20 +23,15 @@ from reference.workshop.commands.options import whole
 from reference.workshop.comparing.design import read_experiment
 from reference.workshop.comparing.intervals import interval_over_trainings
 from reference.workshop.comparing.jobs import arm_of, finished
-from reference.workshop.comparing.matches import begin_evaluation
+from reference.workshop.comparing.matches import Evaluation, with_digests
 from reference.workshop.comparing.results import align_columns
 from reference.workshop.comparing.runs import play_evaluation
-from reference.workshop.storage.files import make_folder
+from reference.workshop.storage.files import make_folder, write_json
 from reference.workshop.storage.workers import workers
 from reference.workshop.training.checkpoints import newest_checkpoint
 
 GUIDE = "escort"
-SETTINGS = """reference:
-  Fire:
-    batch_size: 32
-    buffer_size: 64
-    max_steps: {decisions}
-"""
+FIRE = {"batch_size": 32, "buffer_size": 64}
 
 
 def responses(experiment, folder, decisions, workers_of_it):
@@ -46,17 +42,14 @@ def responses(experiment, folder, decisions, workers_of_it):
     out = folder / "best_responses" / str(decisions)
     make_folder(out)
     settings = out / "settings.yaml"
-    settings.write_text(SETTINGS.format(decisions=decisions), encoding="utf-8")
+    write_json(settings, {"reference": rows_of(experiment, decisions)})  # it is YAML
     trained = finished(experiment, folder)
     robots = {name: str(newest_checkpoint(path)) for name, path in trained.items()}
     robots |= {f"{GUIDE}-{seed}": GUIDE for seed in experiment.seeds}
-    scenario = experiment.settings.get("scenario", {})
     for name, word in robots.items():
         begin = ["--preset", experiment.preset, "--building", experiment.building]
         begin += ["--robots", word, "--seed", name.rpartition("-")[2]]
         begin += ["--settings", str(settings)]
-        if scenario:
-            begin += ["--scenario", *(f"{key}={of}" for key, of in scenario.items())]
         # a training's folder has a digest of all that made it in its name
         fire = out / (trained[name].name if name in trained else name)
         finish_training(fire, begin, workers_of_it)
@@ -66,6 +59,12 @@ def responses(experiment, folder, decisions, workers_of_it):
 def main():
     parser = ArgumentParser(description="Best responses to each training.")
     parser.add_argument("file", type=Path, help="the experiment's TOML")
+def rows_of(experiment, decisions):
+    """What differs from the preset: the settings of all arms, and the fire's length."""
+    own = experiment.settings.get("fire", {})
+    return {**experiment.settings, "fire": {**own, **FIRE, "max_steps": decisions}}
+
+
     parser.add_argument("folder", type=Path, help="where its trainings are")
     parser.add_argument("--decisions", type=whole(1), default=20_000, help="each")
     parser.add_argument("--workers", type=whole(0), default=2)
@@ -76,16 +75,17 @@ def main():
     made = responses(experiment, asked.folder, asked.decisions, asked.workers)
     survival = {}
     for name, robots, fire in made:
-        evaluation = begin_evaluation(
-            [robots],
-            [str(newest_checkpoint(fire))],
-            experiment.building,
-            seed=test.seed,
-            episodes=test.episodes,
+        asked_of_it = Evaluation(
+            experiment.arena,
+            (robots,),
+            (str(newest_checkpoint(fire)),),
+            test.seed,
+            test.episodes,
         )
         with workers(asked.workers) as executor:
             runs = play_evaluation(evaluation, fire / "test", executor)
         shares = [100 * run.survival for run in runs]
+        evaluation = with_digests(asked_of_it)
         survival.setdefault(arm_of(name), []).append(shares)
 
     rows = [["robots", "trainings", "survivors, %", "less " + GUIDE]]
