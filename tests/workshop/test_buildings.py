@@ -21,12 +21,15 @@ from reference.workshop.comparing import runs
 from reference.workshop.comparing.buildings import (
     begin_in_buildings,
     compare_buildings,
-    format_interval,
     play_in_buildings,
     resume_in_buildings,
     table_of_buildings,
 )
-from reference.workshop.comparing.intervals import Interval, interval_of_mean
+from reference.workshop.comparing.intervals import (
+    Interval,
+    format_interval,
+    interval_of_mean,
+)
 from reference.workshop.comparing.results import cell_as_json
 from reference.workshop.comparing.runs import Death, deaths_in
 from reference.workshop.drawing.buildings import side_by_side

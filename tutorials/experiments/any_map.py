@@ -25,7 +25,7 @@ import numpy as np
 from reference import load
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
-from reference.workshop.comparing.intervals import interval_of_mean
+from reference.workshop.comparing.intervals import format_interval, interval_of_mean
 from reference.workshop.comparing.matches import begin_evaluation
 from reference.workshop.comparing.results import align_columns
 from reference.workshop.comparing.runs import play_evaluation
@@ -113,7 +113,7 @@ def compare(found, learned, fire):
         own = (saved[learned] - saved["none"])[worth].sum()
         share = f"{100 * own / gain[worth].sum():.0f} % in {worth.sum()}"
     means = [f"{each.mean():.1f}" for each in saved.values()]
-    difference = f"{less.mean:.1f} [{less.low:.1f}, {less.high:.1f}]"
+    difference = format_interval(less, 1, ends=True)
     return [fire, *means, best, difference, share]
 
 

@@ -21,7 +21,10 @@ from how_many_buildings import finish_training, until_stopped
 
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.design import read_experiment
-from reference.workshop.comparing.intervals import interval_over_trainings
+from reference.workshop.comparing.intervals import (
+    format_interval,
+    interval_over_trainings,
+)
 from reference.workshop.comparing.jobs import arm_of, finished
 from reference.workshop.comparing.matches import Evaluation, with_digests
 from reference.workshop.comparing.results import align_columns
@@ -56,15 +59,15 @@ def responses(experiment, folder, decisions, workers_of_it):
         yield name, word, fire
 
 
-def main():
-    parser = ArgumentParser(description="Best responses to each training.")
-    parser.add_argument("file", type=Path, help="the experiment's TOML")
 def rows_of(experiment, decisions):
     """What differs from the preset: the settings of all arms, and the fire's length."""
     own = experiment.settings.get("fire", {})
     return {**experiment.settings, "fire": {**own, **FIRE, "max_steps": decisions}}
 
 
+def main():
+    parser = ArgumentParser(description="Best responses to each training.")
+    parser.add_argument("file", type=Path, help="the experiment's TOML")
     parser.add_argument("folder", type=Path, help="where its trainings are")
     parser.add_argument("--decisions", type=whole(1), default=20_000, help="each")
     parser.add_argument("--workers", type=whole(0), default=2)
@@ -82,20 +85,20 @@ def rows_of(experiment, decisions):
             test.seed,
             test.episodes,
         )
+        evaluation = with_digests(asked_of_it)
         with workers(asked.workers) as executor:
             runs = play_evaluation(evaluation, fire / "test", executor)
         shares = [100 * run.survival for run in runs]
-        evaluation = with_digests(asked_of_it)
         survival.setdefault(arm_of(name), []).append(shares)
 
     rows = [["robots", "trainings", "survivors, %", "less " + GUIDE]]
     guides = np.array(survival[GUIDE])
     for arm, values in survival.items():
         own = interval_over_trainings(np.array(values))
-        row = [arm, str(len(values)), f"{own.mean:.1f} [{own.low:.1f}, {own.high:.1f}]"]
+        row = [arm, str(len(values)), format_interval(own, 1, ends=True)]
         if arm != GUIDE:
             less = interval_over_trainings(np.array(values), guides)
-            row.append(f"{less.mean:.1f} [{less.low:.1f}, {less.high:.1f}]")
+            row.append(format_interval(less, 1, ends=True))
         else:
             row.append("")
         rows.append(row)

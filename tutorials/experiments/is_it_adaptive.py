@@ -16,7 +16,7 @@ from evacuations import played, saved
 
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
-from reference.workshop.comparing.intervals import interval_of_mean
+from reference.workshop.comparing.intervals import format_interval, interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.strategies.fires import FixedFire
 from reference.workshop.strategies.guard import Guard
@@ -59,8 +59,8 @@ def main():
     guarded = saved(played(Guard(places), fire, seeds))
     print(f"{asked.robots} saves {own.mean():.1f} % from {asked.fire}, and")
     for values, words in ((repeated, "from its sequence"), (guarded, "as a guard")):
-        more, low, high = interval_of_mean(values - own)
-        print(f"{more:.1f} [{low:.1f}, {high:.1f}] points more {words}")
+        more = format_interval(interval_of_mean(values - own), 1, ends=True)
+        print(f"{more} points more {words}")
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from kept_rows import begun, measure_all, read_rows
 
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
-from reference.workshop.comparing.intervals import interval_of_mean
+from reference.workshop.comparing.intervals import format_interval, interval_of_mean
 from reference.workshop.comparing.results import align_columns
 from reference.workshop.engine import run_to_end
 from reference.workshop.measuring.branching import FUTURES, play_searching
@@ -112,7 +112,7 @@ def tell(rows):
     for (base, fire, held, futures), rows in sorted(cells.items()):
         own = 100 * np.array([row.own / row.people for row in rows])
         searching = 100 * np.array([row.searching / row.people for row in rows])
-        mean, low, high = interval_of_mean((searching - own).tolist())
+        more = interval_of_mean(searching - own)
         lines.append(
             [
                 base,
@@ -122,7 +122,7 @@ def tell(rows):
                 str(len(rows)),
                 f"{own.mean():.1f}",
                 f"{searching.mean():.1f}",
-                f"{mean:+.1f} [{low:+.1f}, {high:+.1f}]",
+                format_interval(more, 1, signed=True, ends=True),
                 f"{np.mean([row.chosen for row in rows]):.1f}",
             ]
         )

@@ -31,7 +31,7 @@ from reference.paper import InputError
 from reference.robots import followers_of
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
-from reference.workshop.comparing.intervals import interval_of_mean
+from reference.workshop.comparing.intervals import format_interval, interval_of_mean
 from reference.workshop.drawing import page
 from reference.workshop.engine import run_to_decision
 from reference.workshop.measuring.branching import (
@@ -240,9 +240,10 @@ def told(rows):
     gains = [row.gain for row in rows]
     if len(gains) < 2:
         return f"{len(gains):5}  {sum(gains):+.2f}"
-    mean, low, high = interval_of_mean(gains)
-    star = " *" if low > 0 else ""
-    return f"{len(gains):5}  {mean:+.2f} [{low:+.2f}, {high:+.2f}]{star}"
+    gain = interval_of_mean(gains)
+    star = " *" if gain.low > 0 else ""
+    words = format_interval(gain, 2, signed=True, ends=True)
+    return f"{len(gains):5}  {words}{star}"
 
 
 def believed_in(row):

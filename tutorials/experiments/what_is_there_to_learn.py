@@ -20,7 +20,7 @@ from evacuations import played, saved
 
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
-from reference.workshop.comparing.intervals import interval_of_mean
+from reference.workshop.comparing.intervals import format_interval, interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.engine import make_ready
 from reference.workshop.storage.workers import workers
@@ -143,8 +143,9 @@ def main():
             best = max(FAMILY, key=lambda name: found[name].mean())
             if usual is None:
                 usual = best
-            more, low, high = interval_of_mean(found[best] - found[usual])
-            print(f"{fire}: {best} saves {more:.1f} [{low:.1f}, {high:.1f}] points")
+            gain = interval_of_mean(found[best] - found[usual])
+            more = format_interval(gain, 1, ends=True)
+            print(f"{fire}: {best} saves {more} points")
             print(f"more than {usual}, the best under {asked.fire[0]}")
             for name in FAMILY:
                 print(f"    {name:18}{found[name].mean():6.1f}", flush=True)

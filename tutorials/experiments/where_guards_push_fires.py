@@ -23,7 +23,7 @@ from reference.fire import decision_at, lightable
 from reference.navigation import navigation_of
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
-from reference.workshop.comparing.intervals import interval_of_mean
+from reference.workshop.comparing.intervals import format_interval, interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.drawing import page
 from reference.workshop.engine import make_ready
@@ -89,8 +89,8 @@ def saved_by(robots, fire, seeds):
 
 def told(name, points):
     """A row: a name, and points with their interval."""
-    mean, low, high = interval_of_mean(points)
-    print(f"    {name:24}{mean:+6.1f} [{low:+.1f}, {high:+.1f}]", flush=True)
+    words = format_interval(interval_of_mean(points), 1, signed=True, ends=True)
+    print(f"    {name:24}{words:>22}", flush=True)
 
 
 def picture(places, points):

@@ -15,7 +15,7 @@ from evacuations import played, saved
 from reference.robots import actual_target, followers_of, said_on_the_way
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
-from reference.workshop.comparing.intervals import interval_of_mean
+from reference.workshop.comparing.intervals import format_interval, interval_of_mean
 from reference.workshop.comparing.named import strategy_named
 from reference.world import NOWHERE
 
@@ -93,9 +93,8 @@ def main():
     print(f"{'':12} {'an evacuation':>14} {'points':>20}")
     for follows, words in KINDS.items():
         after, _ = advised(asked, follows)
-        mean, low, high = interval_of_mean(after - before)
         often = differ[follows] / asked.episodes
-        points = f"{mean:.1f} [{low:.1f}, {high:.1f}]"
+        points = format_interval(interval_of_mean(after - before), 1, ends=True)
         print(f"{follows:12} {often:14.1f} {points:>20}  {words}", flush=True)
 
 

@@ -26,7 +26,11 @@ from typing import Any
 
 from reference.paper import InputError
 from reference.workshop.comparing import matches, runs
-from reference.workshop.comparing.intervals import Interval, interval_of_mean
+from reference.workshop.comparing.intervals import (
+    Interval,
+    format_interval,
+    interval_of_mean,
+)
 from reference.workshop.comparing.matches import Evaluation
 from reference.workshop.comparing.results import align_columns
 from reference.workshop.comparing.runs import RunResult
@@ -280,18 +284,3 @@ def _row(figures: BuildingCell, floors: int) -> list[str]:
 def in_percent(share: Interval) -> Interval:
     """Convert a share and its ends to per cent."""
     return Interval(*(100 * value for value in share))
-
-
-def format_interval(
-    interval: Interval | None, digits: int, signed: bool = False, ends: bool = False
-) -> str:
-    """Write a mean, like 1.5 or +1.5 if signed, and the ends of its interval."""
-    if interval is None:
-        return "-"
-    words = []
-    for value in interval:
-        rounded = round(value, digits) + 0.0  # -0.0 becomes 0.0
-        plus = "+" if signed and rounded > 0 else ""
-        words.append(f"{plus}{rounded:,.{digits}f}")
-    mean, low, high = words
-    return f"{mean} [{low}, {high}]" if ends else mean

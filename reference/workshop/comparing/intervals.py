@@ -33,6 +33,21 @@ class Interval(NamedTuple):
     high: float
 
 
+def format_interval(
+    interval: Interval | None, digits: int, signed: bool = False, ends: bool = False
+) -> str:
+    """Write a mean, like 1.5 or +1.5 if signed, and the ends of its interval."""
+    if interval is None:
+        return "-"
+    words = []
+    for value in interval:
+        rounded = round(value, digits) + 0.0  # -0.0 becomes 0.0
+        plus = "+" if signed and rounded > 0 else ""
+        words.append(f"{plus}{rounded:,.{digits}f}")
+    mean, low, high = words
+    return f"{mean} [{low}, {high}]" if ends else mean
+
+
 def interval_of_mean(values: Sequence[float] | np.ndarray) -> Interval:
     """Bootstrap the mean of (n,) values; equal values make an interval without width.
 

@@ -16,8 +16,12 @@ from typing import Any
 import numpy as np
 
 import reference
+from reference.workshop.comparing.buildings import in_percent
 from reference.workshop.comparing.design import FIXED_FIRES, Experiment
-from reference.workshop.comparing.intervals import interval_over_trainings
+from reference.workshop.comparing.intervals import (
+    format_interval,
+    interval_over_trainings,
+)
 from reference.workshop.comparing.jobs import arm_of
 from reference.workshop.comparing.named import WORST
 from reference.workshop.comparing.results import Cell, table
@@ -99,13 +103,11 @@ class Results:
         for (one, other), column in product(self.experiment.compare, self.columns):
             if {(one, column), (other, column)} <= self.runs.keys():
                 both = (self.values(row, column, "survival") for row in (one, other))
-                mean, low, high = (
-                    100 * value for value in interval_over_trainings(*both)
-                )
-                points = f"{mean:.1f} [{low:.1f}, {high:.1f}]"
-                if low > 0:
+                less = in_percent(interval_over_trainings(*both))
+                points = format_interval(less, 1, ends=True)
+                if less.low > 0:
                     said = f"`{one}` saves more"
-                elif high < 0:
+                elif less.high < 0:
                     said = f"`{other}` saves more"
                 else:
                     said = "they cannot be told apart"

@@ -15,10 +15,10 @@ from reference.building import Building, Kind
 from reference.workshop.comparing.buildings import (
     BuildingCell,
     Played,
-    format_interval,
     in_percent,
     runs_of,
 )
+from reference.workshop.comparing.intervals import format_interval
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.crossplay import LINE_STYLES, plot_who_is_out
