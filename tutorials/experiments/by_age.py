@@ -20,7 +20,7 @@ from reference.workshop.comparing import begin_evaluation, cells, play_evaluatio
 from reference.workshop.comparing.results import table
 from reference.workshop.drawing import crossplay, save
 from reference.workshop.storage.workers import workers
-from reference.workshop.training.checkpoints import load_checkpoint
+from reference.workshop.training.checkpoints import checkpoints_in, load_checkpoint
 
 
 def ages(folder, tenths):
@@ -30,7 +30,7 @@ def ages(folder, tenths):
     where there is no checkpoint, or robots have not learned.
     """
     steps = {}
-    for path in sorted(folder.glob("checkpoint-*.pt")):
+    for path in checkpoints_in(folder):
         learners = load_checkpoint(path).learners
         if "robots" not in learners:
             raise InputError(f"{folder}: its robots do not learn, so they have no age.")

@@ -27,6 +27,7 @@ from reference.workshop.drawing import save
 from reference.workshop.drawing.page import BLUE
 from reference.workshop.storage.files import make_folder, write_json
 from reference.workshop.storage.workers import workers
+from reference.workshop.training.checkpoints import newest_checkpoint
 from reference.workshop.training.families import Family, plan_in
 
 NUMBERS = (1, 10, 100, 1000)
@@ -55,9 +56,8 @@ def train(out, number, seed, decisions, workers_of_it):
 
 def finish_training(folder, begin, workers_of_it):
     """Train to the end. begin: options of `train` where it has not begun yet."""
-    begun = any(folder.glob("checkpoint-*.pt"))
     command = [sys.executable, "-m", "reference", "train"]
-    command += ["--resume"] if begun else begin
+    command += ["--resume"] if newest_checkpoint(folder) else begin
     command += ["--workers", str(workers_of_it), "--out", str(folder)]
     training = subprocess.Popen(command)
     try:

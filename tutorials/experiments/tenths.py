@@ -25,7 +25,7 @@ from reference.workshop.drawing.curves import PANELS, curves_of, read_summaries,
 from reference.workshop.drawing.page import legend, save, sheet
 from reference.workshop.storage.files import write_json
 from reference.workshop.storage.workers import workers
-from reference.workshop.training.checkpoints import load_checkpoint
+from reference.workshop.training.checkpoints import checkpoints_in, load_checkpoint
 
 OWN = "of its age"
 THROUGH = "100%, fire through"
@@ -55,7 +55,7 @@ def checkpoints(training, tenths):
     Robots that are through are held while their fire goes on: then its end is one more.
     """
     paths = {age: path for path, age in ages(training, tenths).items()}
-    there = sorted(map(str, training.glob("checkpoint-*.pt")))
+    there = [*map(str, checkpoints_in(training))]
     first = there[0]
     last = there[-1]
     if first.endswith("-000000.pt"):

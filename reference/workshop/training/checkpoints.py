@@ -142,10 +142,10 @@ def _file_of(number: int, folder: Path) -> Path:
 
 def newest_checkpoint(folder: Path) -> Path | None:
     """The latest checkpoint in a folder, if there is one."""
-    return next(reversed(_checkpoints_in(folder)), None)
+    return next(reversed(checkpoints_in(folder)), None)
 
 
-def _checkpoints_in(folder: Path) -> list[Path]:
+def checkpoints_in(folder: Path) -> list[Path]:
     """All checkpoints in a folder, the latest last."""
     paths = folder.glob(FILE_PATTERN)
     return sorted(paths, key=lambda path: (len(path.name), path.name))
@@ -185,7 +185,7 @@ def load_checkpoint(path: str | Path) -> Checkpoint:
     """
     in_folder = path != LEARNED and Path(path).is_dir()
     path = checkpoint_file(path)
-    older = _checkpoints_in(path.parent)[:-1] if in_folder else []
+    older = checkpoints_in(path.parent)[:-1] if in_folder else []
     advice = "Name another."
     if older:
         advice = f"Delete it, and {older[-1].name} is the newest."
