@@ -6,7 +6,7 @@ number.
     x  episodes played up to a row;  y  what a column says there
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import Any, NamedTuple
@@ -176,48 +176,71 @@ def learning_curves(
     names = ", ".join(run.name for run in runs)
     whole = page.sheet(f"Learning curves: {names}", 11, 1.9 * len(panels) + 1.5)
     column = whole.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
-    teams = [OTHERS[k % len(OTHERS)] for k in range(len(runs))]
+    several = len(runs) > 1
+    teams = [OTHERS[k % len(OTHERS)] for k in range(len(runs))] if several else []
 
-    looks: dict[str, Style] = {}
     smoothed = False
     for axes, (title, found) in zip(column, panels.items(), strict=True):
-        axes.grid(axis="y")
         axes.set_title(title)
-        for label, lines in found.items():
-            look = LOOKS[label] | {"lw": 2}
-            if len(runs) > 1:
-                look["color"] = page.TEXT
-            looks[label] = look
-            for which, (x, y) in lines.items():
-                if len(runs) == 1:
-                    axes.plot(x, y, **LOOKS[label], lw=0.9, alpha=0.4)
-                else:
-                    look = look | {"color": teams[which]}
-                means = smooth(x, y)
-                smoothed |= not np.allclose(means, y)
-                axes.plot(x, means, **look)
-
+        smoothed |= _draw_panel(axes, found, teams)
     column[-1].set_xlabel("episodes played")
     column[-1].xaxis.set_major_formatter(_in_thousands)
+
+    colour = {"color": page.TEXT} if several else {}
+    looks: dict[str, Style] = {
+        label: LOOKS[label] | {"lw": 2} | colour
+        for found in panels.values()
+        for label in found
+    }
     words = list[str]()
     if smoothed:  # else there are so few rows that each is its own mean
-        bold = "bold: " if len(runs) == 1 else ""
+        bold = "" if several else "bold: "
         words.append(f"{bold}running means over {SMOOTHING:.0%} of the episodes")
     if levels:
         looks |= _add_levels(dict(zip(panels, column, strict=True)), levels)
         words.append(f"{', '.join(levels.means)}: {levels.about}")
-    handles = page.samples(looks)
-    if len(runs) > 1:
+    if several:
         words.append(about)
-        handles += [
-            Patch(color=colour, label=_name_of(run))
-            for run, colour in zip(runs, teams, strict=True)
-        ]
     else:
         _add_decisions(column[0], runs[0])
+    named = zip(map(_name_of, runs), teams, strict=False)  # one run has no team
+    _add_legend(whole, looks, named, words)
+    return whole
+
+
+def _draw_panel(
+    axes: Axes, found: Mapping[str, Mapping[int, Curve]], teams: Sequence[str]
+) -> bool:
+    """Draw a panel's lines; tell whether running means differ from what was recorded.
+
+    found: lines by label and run;  teams: the colour of each of several runs
+    """
+    smoothed = False
+    axes.grid(axis="y")
+    for label, lines in found.items():
+        look = LOOKS[label] | {"lw": 2}
+        for which, (x, y) in lines.items():
+            if teams:
+                look = look | {"color": teams[which]}
+            else:
+                axes.plot(x, y, **LOOKS[label], lw=0.9, alpha=0.4)
+            means = smooth(x, y)
+            smoothed |= not np.allclose(means, y)
+            axes.plot(x, means, **look)
+    return smoothed
+
+
+def _add_legend(
+    whole: Figure,
+    looks: Mapping[str, Style],
+    named: Iterable[tuple[str, str]],
+    words: Sequence[str],
+) -> None:
+    """Explain the lines' looks, and the colours of named runs; words: lines above."""
+    handles = page.samples(looks)
+    handles += [Patch(color=colour, label=name) for name, colour in named]
     title = "\n".join(fill(line, MOST_SIGNS) for line in words if line)
     page.legend(whole, handles, title=title, handlelength=2.8, ncols=4)
-    return whole
 
 
 def _add_levels(panels: Mapping[str, Axes], levels: Levels) -> dict[str, Style]:
