@@ -23,7 +23,7 @@ from reference.workshop.comparing.results import cell_as_json, table
 from reference.workshop.drawing.page import legend, save, sheet
 from reference.workshop.storage.files import write_json
 from reference.workshop.storage.workers import workers
-from reference.workshop.training.checkpoints import load_checkpoint
+from reference.workshop.training.checkpoints import checkpoints_in, load_checkpoint
 
 FIRES = ("none", "random", "busiest", "fixed", "closer")
 GUIDES = {  # and their lines
@@ -44,7 +44,7 @@ def checkpoints(training):
     learn.
     """
     paths = {}
-    for path in sorted(training.glob("checkpoint-*.pt")):
+    for path in checkpoints_in(training):
         learners = load_checkpoint(path).learners
         if "robots" in learners:
             paths.setdefault(learners["robots"]["steps"], str(path))
