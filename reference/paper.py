@@ -339,8 +339,9 @@ def current(number: Callable[[], float]) -> Any:
 class Scenario:
     """What is varied from one experiment to the next; the defaults are the paper's.
 
-    After 200 s nobody has health left [F8, chosen]; the time limit comes later. The
-    numbers above are read when a scenario is made, not when this class is.
+    Who guides and who sets fires are arguments of `Simulation`, not of this. After
+    200 s nobody has health left [F8, chosen]; the time limit comes later. The numbers
+    above are read when a scenario is made, not when this class is.
     """
 
     people: int = current(lambda: PEOPLE)  # [B8] spread over the floors [F8, chosen]

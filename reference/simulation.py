@@ -46,7 +46,11 @@ from reference.world import (
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a run so far; mean_health: of those who got out, nan for nobody."""
+    """Result of a run so far; mean_health: of those who got out, nan for nobody.
+
+    reward and person_seconds are of this run alone, if it went on in a world from
+    another, people of both.
+    """
 
     people: int
     evacuated: int
