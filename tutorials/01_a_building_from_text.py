@@ -26,9 +26,9 @@ floor 1: downstairs
    #.......#.......#
 ####.......+.......#
 #AA+..hall.#kitchen#
-####.......#.......#
-   #.......####+####
-   #.......+.garden#
+#AA#.......####+####
+####.......+.......#
+   #.......#.garden#
    ####EE#######E###
 
 floor 2: upstairs
@@ -36,8 +36,8 @@ floor 2: upstairs
    #.....#.........#
 ####.....#.........#
 #AA+.....+..attic..#
-####.....###########
-   #.bed.#.........#
+#AA#.....###########
+####.bed.#.........#
    #.....+..bath...#
    #################
 """
@@ -51,8 +51,8 @@ print(house.title, "has", house.floors, "floors")
 for room in house.rooms(0):
     print(f"{room.id:<9} {room.size:>2} m2, its middle at {room.centre} m")
 #> 1/hall    42 m2, its middle at (-3.5, 0.0) m
-#> 1/kitchen 28 m2, its middle at (4.5, 1.0) m
-#> 1/garden   7 m2, its middle at (4.5, -2.5) m
+#> 1/kitchen 21 m2, its middle at (4.5, 1.5) m
+#> 1/garden  14 m2, its middle at (4.5, -2.0) m
 
 # A landmark is a door, an entrance or an exit. Two characters side by side are one
 # landmark, 2 m wide. Exits lead out of their floor. So do entrances to stairs that lead

@@ -60,6 +60,13 @@ def test_what_is_drawn_is_what_networks_read(name):
         assert np.allclose((spots - robot.position) / 10, units, atol=1e-5)
 
 
+def test_the_view_names_its_moment_and_a_person_whom_nobody_leads_is_no_disc():
+    """Discs are followers, as in other pictures."""
+    title = drawing.anchors(shipped("tiny")).get_suptitle()
+    assert "10 s after the start" in title
+    assert ANCHOR_LOOKS[LOST]["marker"] == "^"
+
+
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_anchors_of_the_map_are_all_there_by_kind(name):
     """Ways out are exits and stairs down; feet are where stairs end."""

@@ -172,6 +172,24 @@ def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall():
     assert starts.total() == 2 * len(institute.landmarks) - exits
 
 
+@pytest.mark.paper("A2")
+@pytest.mark.parametrize("name", ["museum", "paper"])
+def test_the_drawn_graph_numbers_its_ways_in_the_wall_beside_them(name):
+    """As their ids do; no number lies on another, or on a way."""
+    building = shipped(name)
+    spots = set()
+    for floor, axes in enumerate(drawn("graph", name).axes):
+        numbers = [text for text in axes.texts if text.get_text().isdigit()]
+        marks = [mark for mark in building.landmarks if mark.floor == floor]
+        for mark, text in zip(marks, numbers, strict=True):
+            x, y = text.get_position()
+            assert mark.id.endswith(f"-{text.get_text()}")
+            assert np.hypot(x - mark.position[0], y - mark.position[1]) < 3
+            assert building.kind[(floor, *building.cell(x, y))] == Kind.WALL
+            spots.add((floor, x, y))
+    assert len(spots) == len(building.landmarks)
+
+
 def test_a_line_beside_another_keeps_its_ends_and_its_distance():
     """To the left as one walks: round a corner, and straight on."""
     way = np.array([[0, 0], [0, 4], [3, 4], [5, 4], [5, 5]], float).T
@@ -227,8 +245,19 @@ def test_what_is_nearer_is_painted_later():
     bright = sides.get_facecolors()[:, 0] == sides.get_facecolors()[:, 0].max()
     lids = [np.array(sides.get_paths()[k].vertices[:4]) for k in np.flatnonzero(bright)]
     order = [(2, 0), (1, 0), (0, 0), (2, 1), (1, 1), (0, 1)]
-    middles = project(np.array([(col + 0.5, -row - 0.5, 1.5) for col, row in order]))
+    high = SOLID.heights[Kind.WALL]
+    middles = project(np.array([(col + 0.5, -row - 0.5, high) for col, row in order]))
     np.testing.assert_allclose([lid.mean(axis=0) for lid in lids], middles)
+
+
+@pytest.mark.paper("A8", "Fig. 1")
+def test_a_room_of_two_rows_is_seen_behind_its_wall():
+    """Walls are so low that half of its northern row is in view."""
+    axes = sheet("A narrow room", 4, 3).subplots()
+    kinds = np.pad(np.full((2, 4), Kind.FLOOR), 1, constant_values=Kind.WALL)
+    add_boxes(axes, kinds, SOLID)
+    colour = colour_at(axes, *project(np.array((3, -1.5, 0))))
+    np.testing.assert_allclose(colour, to_rgb(COLOURS[Kind.FLOOR]), atol=0.01)
 
 
 @pytest.mark.paper("A8", "Fig. 1")
@@ -304,6 +333,44 @@ def test_health_is_a_colour_that_darkens(simulation):
     light = scene.sides[0].people[Mode.FOLLOWER].get_facecolors()[:, :3].sum(axis=1)
     assert (np.diff(light) <= 0).all()
     assert light[0] > 2 * light[-1]
+
+
+def test_a_step_of_health_ends_where_the_scale_has_a_number(simulation):
+    """Every 20 of 100: who is paler has passed a number that can be read."""
+    figure = scene_of(simulation.world).figure
+    scale = next(axes for axes in figure.axes if axes.get_ylabel() == "health")
+    borders = np.linspace(0, 100, len(STEPS) + 1)
+    assert {*scale.get_yticks()} <= {*borders.tolist()}
+
+
+@pytest.mark.parametrize("name", ["tiny", "paper"])
+def test_the_scale_of_health_stands_beside_the_floors_and_is_as_high(name):
+    """Also where the floors do not fill the page's width."""
+    figure = scene_of(evacuation(building=shipped(name)).world).figure
+    figure.draw_without_rendering()
+    floors, _, scale = (axes.get_window_extent() for axes in figure.axes)
+    assert 0 < (scale.x0 - floors.x1) / figure.dpi < 0.3
+    assert (scale.y0, scale.y1) == pytest.approx((floors.y0, floors.y1), abs=1)
+
+
+def told_in_legend(figure):
+    """The words of a figure's legend."""
+    (legend,) = figure.legends
+    return {text.get_text() for text in legend.get_texts()}
+
+
+@pytest.mark.paper("A8")
+def test_a_picture_s_legend_names_what_is_there_a_film_s_all_that_may_come(simulation):
+    """Before the first tick nobody leads, burns or has died."""
+    moving = {"leader", "flames", "ash", "burnt door", "fire source", "died here"}
+    moving |= {"destination", TRAIL}
+    of_film = told_in_legend(scene_of(simulation.world).figure)
+    assert moving < of_film
+    now = told_in_legend(drawing.draw(simulation))
+    assert now == of_film - moving
+    assert {"follower", "robot (2: two)", "out", "wall"} < now
+    alone = Simulation(TINY, Scenario(people=0), NoRobots(), NoFire())
+    assert told_in_legend(drawing.draw(alone)) == now - {"follower", "robot (2: two)"}
 
 
 def test_everybody_is_drawn_on_the_floor_they_are_on(simulation):
@@ -434,11 +501,25 @@ def test_colour_blind_readers_can_tell_everything_apart(dark):
     names = [k.name.lower() for k in Kind if k is not Kind.OUTSIDE]
     colours = [inks[name] for name in [*names, "flame", "ash"]]
     colours.append(STEPS[-1])  # of full health
+    assert least_apart(colours) > 10
+
+
+@pytest.mark.paper("B7")
+@pytest.mark.parametrize("ash", [INKS["ash"], DARK["ash"]])
+def test_nobody_has_the_colour_of_ash(ash):
+    """Whatever their health, in the light and in the dark."""
+    assert least_apart([ash, *STEPS]) > 15
+
+
+def least_apart(colours):
+    """The least distance in L*a*b* of two of these colours, for any kind of eye."""
     light = np.array([to_rgb(colour) for colour in colours]) ** 2.2
-    for eye in (PROTANOPE, DEUTERANOPE, TRITANOPE):
+    least = np.inf
+    for eye in (np.eye(3), PROTANOPE, DEUTERANOPE, TRITANOPE):
         lab = to_lab(np.clip(light @ np.array(eye).T, 0, 1))
         apart = np.linalg.norm(lab[:, None] - lab[None], axis=2)
-        assert apart[np.triu_indices(len(colours), 1)].min() > 10
+        least = min(least, apart[np.triu_indices(len(colours), 1)].min())
+    return least
 
 
 PROTANOPE = ((0.152, 1.053, -0.205), (0.115, 0.786, 0.099), (-0.004, -0.048, 1.052))

@@ -48,16 +48,20 @@ ANCHOR_LOOKS: dict[str, Style] = {
     WAY_OUT: marker("*", 15, COLOURS[Kind.EXIT], "white", 0.8) | {"zorder": 5},
     FOOT_OF_STAIRS: marker("s", 7, COLOURS[Kind.ENTRANCE], "white", 1) | {"zorder": 5},
     GUARDED: marker("h", 11, "none", FLAME, 1.6) | {"zorder": 4},
-    LOST: marker("o", 7, STEPS[-1], INK, 0.8) | {"zorder": 5},
+    LOST: marker("^", 8, STEPS[-1], INK, 0.8) | {"zorder": 5},
     PERSON: marker(".", 5, page.FAINT, page.FAINT, 1) | {"zorder": 3},
 }
-"""How kinds of anchors look, and what is no anchor; the upper have a higher zorder."""
+"""How kinds of anchors look, and what is no anchor; the upper have a higher zorder.
+
+A disc would be a follower: see `evacuation`.
+"""
 
 
 def anchors(building: Building) -> Figure:
     """Draw what a robot on each floor chooses between, at a moment of an evacuation."""
     simulation = moment_of(building)
-    title = f"{building.title}: points that robots choose between [C5] [C6]"
+    when = f"{simulation.world.time:.0f} s after the start"
+    title = f"{building.title}: points that robots choose between, {when} [C5] [C6]"
     figure, panels = page.floor_page(building, title, range(building.floors), _PALE)
     found = anchors_of(simulation)
     for floor, by_kind in found.items():

@@ -7,7 +7,7 @@ is where a person walked lately: who walks in circles draws one.  A number besid
 robot is how many stand there; a stairwell's letter is over its people.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,9 +29,12 @@ from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.world import Died, Evacuated, Fate, Mode, World
 
-STEPS = ["#101b46", "#2c3a78", "#565a86", "#807c83", "#ada06f", "#dcc64f", "#ffe838"]
+STEPS = ["#101b46", "#333f82", "#6a78ad", "#c2b05c", "#ffe838"]
 HEALTHS = ListedColormap(STEPS, name="health")
-"""Dark at death, bright in full health, for every eye; few steps keep films small."""
+"""Dark at death, bright in full health, for every eye; none is as grey as ash.
+
+A step is 20 of 100, as the scale is marked; few steps keep films small.
+"""
 
 OVER_FLAMES = 3.8  # where names of rooms are drawn, below all that moves
 OVER_ALL = 7  # where letters of stairwells are drawn, and numbers of robots
@@ -107,6 +110,7 @@ def frame(world: World, history: Sequence[Tally] | None = None) -> page.Picture:
     """
     scene = Scene(world.building, len(world.bodies))
     scene.show(world, history or [tally(world)])
+    scene.leave_out_of_legend(scene.sides[0].absent())
     return scene.figure
 
 
@@ -141,25 +145,38 @@ class Scene:
             curve.set(xlim=(0, paper.health_seconds()), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")
             curve.locator_params(axis="y", integer=True)
-        self._add_legends(pairs[:, 0], building)
+        health = self._add_legends(pairs[:, 0], building)
 
         for _ in range(2):  # to lay out ticks, then the page around them
             self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")  # a film's page must not jump
+        _move_beside(health, pairs[-1, 0])
         self.sides = [
             EvacuationPanel(axes, curve, building, moves) for axes, curve in pairs
         ]
         self.moving = [artist for side in self.sides for artist in side.moving]
 
-    def _add_legends(self, axes: np.ndarray, building: Building) -> None:
-        """Add the scale of health beside the floors, and all shapes below."""
+    def _add_legends(self, axes: np.ndarray, building: Building) -> Axes:
+        """Add the scale of health beside the floors, returned, and all shapes below."""
         health = ScalarMappable(Normalize(0, paper.HEALTH), HEALTHS)
         look: Style = {"label": "health", "aspect": 40, "pad": 0.01, "panchor": (0, 1)}
-        self.figure.colorbar(health, ax=axes, **look)
-        named = {TOLD.get(name, name): look for name, look in looks(7.5).items()}
-        shapes = page.samples(named | CURVES)
+        scale = self.figure.colorbar(health, ax=axes, **look)
+        shapes = page.samples(looks(7.5) | CURVES)
         cells = page.swatches(building.kind[building.kind != Kind.FLOOR])
-        page.legend(self.figure, [*shapes, *cells], ncols=9)
+        self._tell([*shapes, *cells])
+        return scale.ax
+
+    def _tell(self, entries: list[Artist]) -> None:
+        """Make the legend below, of entries labelled as `looks` names them."""
+        self.entries = entries
+        page.legend(self.figure, entries, ncols=9)
+        for text in self.figure.legends[0].get_texts():
+            text.set_text(TOLD.get(text.get_text(), text.get_text()))
+
+    def leave_out_of_legend(self, names: Collection[str]) -> None:
+        """Make the legend again, without these names: for a picture of one instant."""
+        self.figure.legends[0].remove()
+        self._tell([each for each in self.entries if each.get_label() not in names])
 
     def show(self, world: World, history: Sequence[Tally], side: int = 0) -> None:
         """Move everything of one evacuation to where it is in a world."""
@@ -237,6 +254,13 @@ class EvacuationPanel:
         counts.set_text(f"{now.inside} inside, {now.out} out, {now.dead} dead")
         for name, line in self.lines.items():
             line.set_data(times, [getattr(tally, name) for tally in history])
+
+    def absent(self) -> set[str]:
+        """Name what moves and is nowhere to be seen now, as `looks` does."""
+        gone = {name for name, mark in self.marks.items() if not len(mark.get_xdata())}
+        crowds = self.people.items()
+        empty = {mode.name.lower() for mode, c in crowds if not len(c.get_offsets())}
+        return gone | empty
 
     def on_page(self, floor: Any, position: Any) -> np.ndarray:
         """Find places on the axes, (2, k), of k floors and (k, 2) metres."""
@@ -319,6 +343,14 @@ class EvacuationPanel:
 
     def _put(self, name: str, floor: Any, position: Any) -> None:
         self.marks[name].set_data(*self.on_page(floor, position))
+
+
+def _move_beside(scale: Axes, floors: Axes) -> None:
+    """Move a scale to the right edge of floors, which may not fill their place."""
+    floors.apply_aspect()
+    plan = floors.get_position()
+    inch = 1 / scale.figure.get_figwidth()
+    scale.set_position((plan.x1 + 0.15 * inch, plan.y0, inch, plan.height))
 
 
 def _write_heading(axes: Axes, heading: str, letters: int) -> None:

@@ -18,6 +18,7 @@ from reference.workshop.drawing.page import COLOURS, Picture, Style
 
 HALO: Style = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
 _BOX: Style = {"boxstyle": "round,pad=0.3", "fc": "white", "ec": page.TEXT, "lw": 0.8}
+_NUMBER_TEXT = 8.0
 _SMALL_TEXT, _SMALLEST_TEXT = 6.0, 4.0
 _LETTER = 0.62  # width of a letter, in heights
 
@@ -39,7 +40,7 @@ LANE = 2.0  # points from one to the next
 WIDEST_LANE = 0.3  # metres: lines stay in the cells that one walks in
 
 NODES: dict[str, Style] = {
-    "room": {"ls": "", "marker": "o", "ms": 7, "color": page.TEXT, "mfc": "white"},
+    "room": {"ls": "", "marker": "s", "ms": 7, "color": page.TEXT, "mfc": "white"},
     "stairwell": {"ls": "", "marker": "s", "ms": 12, "color": COLOURS[Kind.ENTRANCE]},
 }
 
@@ -60,7 +61,8 @@ def graph(building: Building) -> Figure:
     """Draw the graph over the floors: rooms are nodes, ways through are edges [A2].
 
     A node stands in the widest part of its room; lines lead to its doors as one walks,
-    those of doors, entrances and exits beside each other.
+    those of doors, entrances and exits beside each other.  A number in the wall is that
+    of the way beside it: by a door, 7 is 1/door-7.
     """
     title = f"{building.title}: the graph"
     figure, panels = page.floor_page(building, title, range(building.floors), 0.28)
@@ -86,7 +88,26 @@ def graph(building: Building) -> Figure:
         axes.plot(*node_of(building, area), **NODES[area.kind])
         look: Style = {"bbox": _BOX} if area.kind == "room" else {"color": "white"}
         write_name(axes, building, area, 8.0, look=look)
+    for floor, axes in panels.items():
+        _write_numbers(axes, building, floor)
     return figure
+
+
+def _write_numbers(axes: Axes, building: Building, floor: int) -> None:
+    """Write each way's number in the nearest wall cell that has none, if it fits."""
+    size = min(0.8 * points_per_metre(axes), _NUMBER_TEXT)
+    if size < _SMALLEST_TEXT:
+        return
+    walls = np.argwhere(building.kind[floor] == Kind.WALL)
+    x, y = building.metres(*walls.T)
+    for mark in building.landmarks:
+        if mark.floor == floor:
+            away = np.hypot(x - mark.position[0], y - mark.position[1])
+            k = away.argmin()
+            number = mark.id.rpartition("-")[2]
+            look: Style = {"ha": "center", "va": "center_baseline", "fontsize": size}
+            axes.text(x[k], y[k], number, **look)
+            x[k] = np.inf  # taken
 
 
 def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:

@@ -29,7 +29,7 @@ TILT = np.radians(34)  # of the view, above the flat
 SLAB = 0.6  # metres of ceiling below a floor
 GAP = 4.0  # metres of page between two storeys, the lower one's walls included
 ROWS_IN_A_FLIGHT = 5  # rows of stairs, from one foot to the next
-STEP_RISE = 0.25  # metres that a row of stairs is higher than the one before
+STEP_RISE = 0.15  # metres that a row of stairs is higher than the one before
 WINDOW = np.array((12, 15))  # rows and columns that a close-up shows
 LARGEST_NAME = 7.0  # points, of a room's
 _LINK: Style = {"color": COLOURS[Kind.ENTRANCE], "lw": 1.4, "ls": (0, (4, 3))}
@@ -45,9 +45,11 @@ class Look:
 
 
 SOLID = Look(
-    {Kind.OUTSIDE: -SLAB, Kind.WALL: 1.5} | dict.fromkeys(WAYS, 1.2),
+    {Kind.OUTSIDE: -SLAB, Kind.WALL: 0.8} | dict.fromkeys(WAYS, 0.6),
     COLOURS | {Kind.WALL: "#59616d"},
 )
+"""Walls as low as these hide 1.2 m of floor behind them: a room of two rows is seen."""
+
 WALKABLE = Look(
     {Kind.OUTSIDE: -SLAB, Kind.WALL: 0.4},
     dict.fromkeys(Kind, "#4db5ee") | {Kind.WALL: "#9aa3ac"},
