@@ -42,7 +42,8 @@ print(f"farthest from outside is {farthest}, {metres[farthest]:.0f} m")
 
 # %% What burning a door cuts off
 # Flames destroy a door that they touch [A6]. `without_doors` removes doors from the
-# graph. Rooms that are then no longer connected to "outside" are cut off.
+# graph. Rooms that are then no longer connected to "outside" are cut off. The picture
+# at the end has the doors' numbers.
 
 
 def cut_off(*doors: str) -> set[str]:
@@ -79,7 +80,8 @@ print("articulation points:", sorted(nx.articulation_points(graph)))
 
 # %% The picture
 # All rooms but three lie on one ring. One of its doors may burn, but not two. The three
-# rooms behind the circled doors have no second way.
+# rooms behind the circled doors have no second way. A number in a wall is that of the
+# door beside it: 7 is `1/door-7`.
 
 figure = drawing.graph(museum)
 axes = figure.axes[0]

@@ -25,7 +25,7 @@ one = Scenario(people=1, rooms=("1/greece",))
 simulation = Simulation(museum, one, robots=NoRobots(), fire=NoFire(), seed=5)
 bodies = simulation.world.bodies
 mind = simulation.world.minds[0]
-place = bodies.place[0]
+place = bodies.place[0]  # number of the visitor's cell
 
 # %% Rays
 # Rays go out in all directions from the middle of the visitor's cell, the first to the
@@ -50,7 +50,7 @@ print("sees", len(doors), "of", len(museum.landmarks), "doors and exits")
 # in view that is not yet visited, else in an unexplored direction, else back. A door is
 # visited once it was passed, or seen from both sides. The first door leads into the
 # coin room, which has no other door. The visitor comes back through it, and does not
-# try it again.
+# try it again. A tick is 0.2 s; `step()` runs one.
 
 path = []  # positions, tick by tick
 known = set()  # places seen so far
@@ -116,4 +116,4 @@ print(drawing.save(figure, "out/03_one_visitor.png"))
 # %% Exercise
 # What is memory worth? Let a visitor forget everything every 40, 20 or 10 seconds. How
 # many of ten visitors, with ten seeds, still get out? After 200 s health is gone [B7].
-# Hint: `forget(mind)`, from reference.humans, after a step; 0.2 s are a step.
+# Hint: `forget(mind)`, from reference.humans, after a step.

@@ -32,6 +32,7 @@ print(len(bodies), "people, floor by floor", world.occupancy)
 # last tutorial. A leader who sees somebody to follow becomes a follower [B6, Alg. 2:7].
 # A follower who has lost that person leads again [B5, Alg. 1:11]. One may follow a
 # follower, too. All who follow one leader, directly or through others, are a group.
+# Everybody begins as a follower of nobody, and leads at once [B5, Alg. 1:3].
 
 print("time  leaders  followers  largest group  on stairs  out")
 #> time  leaders  followers  largest group  on stairs  out

@@ -103,7 +103,9 @@ for event in night.events:
 # %% The picture
 # Red cells burn first, yellow ones last. The white floor in front of the exit never
 # burns: it is protected [D7]. More than two thirds of the rest has not burnt within
-# these five minutes. Door 8 is still blue: flames have only come beside it.
+# these five minutes. The door between `modern` and `asia` (8) is still blue: flames
+# have only come beside it. Of the door between `baroque` and `gothic` (7) half has
+# burnt.
 
 figure = drawing.top(museum)
 axes = figure.axes[0]

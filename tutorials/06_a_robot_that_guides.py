@@ -121,10 +121,10 @@ for robot in simulation.world.robots[:2]:
 #> 20 m from the exit, leads 2, says follow me
 #> 20 m from the exit, leads 3, says follow me
 
-# Both lead people, far from any exit, and go to fetch the same last person. (Who leads
-# three had two when it decided.) Twenty seconds later nobody has health left: of the
-# nine who die in this evacuation seven die then, on this floor. Health falls all the
-# time [B7], so waiting for others costs lives.
+# Both lead people, far from any exit, and go to fetch the same last person. (The robot
+# that leads three now had only two when it decided.) Twenty seconds later nobody has
+# health left: of the nine who die in this evacuation seven die then, on this floor.
+# Health falls all the time [B7], so waiting for others costs lives.
 
 # %% Exercise
 # How many followers should a shepherd wait for? Try 1, 2, 3 and 5. Then let those
@@ -132,4 +132,5 @@ for robot in simulation.world.robots[:2]:
 # flames.
 # Hint: `navigation_of(building).distances([robot.place], cost)` with
 # `cost = flame_cost(world, robot.floor)`, from reference.navigation and
-# reference.robots, are metres to every place, flames counted.
+# reference.robots, are metres to every cell, flames counted. The cell of a goal has the
+# number `navigation_of(building).nearest_free(robot.floor, x, y)`.

@@ -39,9 +39,14 @@ print(f"R_w {worst_reward(forty):,.0f}, R_b {best_reward(institute, forty):,.0f}
 #> R_w -12,000, R_b 15,043
 
 # %% What a reward is worth
-# The more people are saved, the harder it is to win another point of reward. So y in
-# Eq. 4 grows by the same factor b every thousand points. Two critical points fix it:
-# the worst reward, and the one from which y should "explode" [F2].
+# The score of robots with reward R under a fire of difficulty h is [F9, Eq. 8]
+#
+#     E = (y + h²/(kα²)) / β    with    y = b^(R/α) / c    and    α = 1000
+#
+# The other constants are b, c, k and β. First y [F1, Eq. 4]: the more people are saved,
+# the harder it is to win another point of reward. So y grows by the same factor b every
+# thousand points. Two critical points fix b and c: the worst reward, and the one from
+# which y should "explode" [F2]. 1/c is y of R = 0.
 
 of_paper = paper_ruler()
 print(f"b = {of_paper.base:.4f}, 1/c = {1 / of_paper.control:.3f}")
@@ -55,8 +60,8 @@ for reward in (-12000, 0, 10000, 14000, 15000):
 #> R  15000: y =  1425.10
 
 # %% How hard a fire was
-# Eq. 8 adds h²/(kα²). So a small reward under a hard fire can be worth as much as a
-# large one under an easy fire. The appendix does not define h. Here h grows with the
+# Eq. 8 adds h²/(kα²) to y. So a small reward under a hard fire can be worth as much as
+# a large one under an easy fire. The appendix does not define h. Here h grows with the
 # square root of the share of their ways out that people lose. An early loss counts more
 # [F11]. h depends on when each cell begins to burn, not on what robots do. Exits do not
 # burn, but flames all around close them [D7]. One exit closed, then both:
@@ -123,8 +128,9 @@ for cell in cells(results, of_paper):
 # The paper's ruler is made for rewards up to 14000, of forty people on the third floor.
 # Twelve visitors on one floor earn 2300 at most. Here this E hardly tells a good guide
 # from none. So calibrate the ruler [F12]. The building gives the two critical points.
-# The baseline's runs give k and β: by k the third of its runs with the easiest fires
-# scores as much as the third with the hardest, by β they score 1 on average.
+# The baseline's runs give k and β. k is chosen so that the third of its runs with the
+# easiest fires and the third with the hardest score the same. β is chosen so that they
+# all score 1 on average.
 
 museum = building_of(evaluation.arena.plan)
 worst, best = critical_points(museum, evaluation.arena.scenario)

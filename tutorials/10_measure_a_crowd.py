@@ -122,5 +122,5 @@ print("out/10_measured.png")
 # %% Exercise
 # In experiments 1.9 to 2.4 people per second and metre get through a narrow exit. How
 # many do here, where 1.3 is the limit? Does it depend on how many wait?
-# Hint: the slope of N(t) between its first and last tenth, for 25, 50, 100 and 140
+# Hint: the slope of N(t) without its first and its last tenth, for 25, 50, 100 and 140
 # people. Hardly more fit into the canteen.

@@ -12,7 +12,6 @@ from pathlib import Path
 from reference import Scenario, Simulation, load
 from reference.workshop import drawing
 from reference.workshop.engine import run_to_end
-from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.fires import FixedFire, beside_ways_out
 from reference.workshop.strategies.guard import Guard
@@ -31,8 +30,7 @@ def played(robots, fire):
     runs = []
     for seed in range(8):
         runs.append(Simulation(institute, Scenario(), robots(), fire(), seed))
-    with one_thread():
-        run_to_end(runs)
+    run_to_end(runs)
     return runs
 
 

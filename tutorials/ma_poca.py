@@ -1,7 +1,7 @@
 """MA-POCA in one file, against PPO, in a game for two agents. It takes 15 seconds.
 
-    python ma_poca.py                           # in its own small game
-    python ma_poca.py mpe2.simple_spread_v3 75  # in any of PettingZoo's, by its module
+    .venv/bin/python tutorials/ma_poca.py       # in its own small game
+    .venv/bin/python tutorials/ma_poca.py mpe2.simple_spread_v3 75  # in PettingZoo's
 
 MA-POCA (Cohen et al. 2021, arXiv 2111.05992) trains a group that is rewarded together
 and whose members may finish at different times. It is PPO (Schulman et al. 2017, arXiv

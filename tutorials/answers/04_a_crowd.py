@@ -2,7 +2,7 @@
 
 No, fewer do, though the room is no farther from the stairwells than the whole floor
 is on average. Single runs lie anywhere between 23 and 38, so eight are few: forty of
-each say the same, 79 and 89 %.
+each say the same, 79 and 89 %. Why is not measured.
 """
 
 from reference import Scenario, Simulation, load

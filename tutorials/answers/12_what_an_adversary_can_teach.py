@@ -8,7 +8,6 @@ does not stop a fire that looks.
 from reference import Scenario, Simulation, load
 from reference.robots import NoRobots
 from reference.workshop.engine import run_to_end
-from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.fires import CloserFire
 from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.guides import Observer
@@ -23,8 +22,7 @@ for name, robots in guides.items():
         Simulation(institute, Scenario(), robots(), CloserFire(), seed)
         for seed in range(8)
     ]
-    with one_thread():
-        run_to_end(runs)
+    run_to_end(runs)
     saved = sum(run.outcome().evacuated for run in runs) / (40 * len(runs))
     print(f"`{name}` saves {saved:.0%} under `closer`")
 #> `observer` saves 79% under `closer`
