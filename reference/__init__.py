@@ -3,20 +3,26 @@
 From a map's text to a picture:
 
     from reference import Scenario, Simulation, draw, load
+    from reference.fire import RandomFire
+    from reference.workshop.strategies.guides import Escort
 
     hut = load('''building: Hut
-    size: 8 x 4
+    size: 24 x 6
     floor 1: ground
-    ########
-    #......#
-    #......E
-    ########''')
-    simulation = Simulation(hut, Scenario(people=2))
+    ########################
+    #..........#...........#
+    #..........+...........#
+    #..........#...........E
+    #..........#...........#
+    ########################''')
+    simulation = Simulation(hut, Scenario(people=4), Escort(), RandomFire())
+    while simulation.world.time < 20:  # seconds
+        simulation.step()
     draw(simulation, "hut.png")
-    print(simulation.run())
+    print(simulation.run())  # to the end
 
 `load` takes a path, too, or the name of a map that ships; `animate` films. These five
-names are the front door.
+names are the front door. Without a guide and a fire nobody guides and nothing burns.
 
 The package has two parts. BOOK implements the paper; read it from front to back in the
 order below. WORKSHOP, the folder `workshop`, makes it practical. A test checks every

@@ -194,12 +194,16 @@ def test_the_front_door_knows_five_names():
 
 
 def test_the_package_leads_from_a_maps_text_to_a_picture(tmp_path, monkeypatch, capsys):
-    """The lines at its head do what they say."""
+    """The lines at its head, which are the README's, do what they say."""
     monkeypatch.chdir(tmp_path)
     lines = re.search(r"picture:\n\n(.+?)\n\n`load`", reference.__doc__, re.DOTALL)[1]
-    exec(dedent(lines), {})
-    assert capsys.readouterr().out.startswith("Outcome(people=2, evacuated=2")
+    lines = dedent(lines)
+    assert blocks("python") == [lines.replace("'''", '"""') + "\n"]
+    names = {}
+    exec(lines, names)
+    assert capsys.readouterr().out.startswith("Outcome(people=4, evacuated=4")
     assert (tmp_path / "hut.png").read_bytes().startswith(b"\x89PNG")
+    assert names["simulation"].world.robots and names["simulation"].world.flames.sources
 
 
 # -- How much, and how dense --------------------------------------------------------
