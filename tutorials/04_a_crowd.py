@@ -40,7 +40,7 @@ history = [drawing.tally(world)]
 while world.time < 120:
     simulation.step()
     history.append(drawing.tally(world))
-    if simulation.ticks % 100 == 0:
+    if simulation.ticks % 100 == 0:  # every 20 s
         modes = bodies.mode[bodies.walking]
         leaders = np.sum(modes == Mode.LEADER)
         followers = np.sum(modes == Mode.FOLLOWER)
