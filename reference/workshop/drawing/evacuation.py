@@ -150,7 +150,7 @@ class Scene:
         for _ in range(2):  # to lay out ticks, then the page around them
             self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")  # a film's page must not jump
-        _move_beside(health, pairs[-1, 0])
+        self._move_beside(health, pairs[-1, 0])
         self.sides = [
             EvacuationPanel(axes, curve, building, moves) for axes, curve in pairs
         ]
@@ -165,6 +165,13 @@ class Scene:
         cells = page.swatches(building.kind[building.kind != Kind.FLOOR])
         self._tell([*shapes, *cells])
         return scale.ax
+
+    def _move_beside(self, scale: Axes, floors: Axes) -> None:
+        """Move a scale to the right edge of floors, which may not fill their place."""
+        floors.apply_aspect()
+        plan = floors.get_position()
+        inch = 1 / self.figure.get_figwidth()
+        scale.set_position((plan.x1 + 0.15 * inch, plan.y0, inch, plan.height))
 
     def _tell(self, entries: list[Artist]) -> None:
         """Make the legend below, of entries labelled as `looks` names them."""
@@ -257,10 +264,10 @@ class EvacuationPanel:
 
     def absent(self) -> set[str]:
         """Name what moves and is nowhere to be seen now, as `looks` does."""
-        gone = {name for name, mark in self.marks.items() if not len(mark.get_xdata())}
-        crowds = self.people.items()
-        empty = {mode.name.lower() for mode, c in crowds if not len(c.get_offsets())}
-        return gone | empty
+        drawn = {name: mark.get_xdata() for name, mark in self.marks.items()}
+        for mode, crowd in self.people.items():
+            drawn[mode.name.lower()] = crowd.get_offsets()
+        return {name for name, places in drawn.items() if not np.size(places)}
 
     def on_page(self, floor: Any, position: Any) -> np.ndarray:
         """Find places on the axes, (2, k), of k floors and (k, 2) metres."""
@@ -343,14 +350,6 @@ class EvacuationPanel:
 
     def _put(self, name: str, floor: Any, position: Any) -> None:
         self.marks[name].set_data(*self.on_page(floor, position))
-
-
-def _move_beside(scale: Axes, floors: Axes) -> None:
-    """Move a scale to the right edge of floors, which may not fill their place."""
-    floors.apply_aspect()
-    plan = floors.get_position()
-    inch = 1 / scale.figure.get_figwidth()
-    scale.set_position((plan.x1 + 0.15 * inch, plan.y0, inch, plan.height))
 
 
 def _write_heading(axes: Axes, heading: str, letters: int) -> None:

@@ -98,16 +98,15 @@ def _write_numbers(axes: Axes, building: Building, floor: int) -> None:
     size = min(0.8 * points_per_metre(axes), _NUMBER_TEXT)
     if size < _SMALLEST_TEXT:
         return
-    walls = np.argwhere(building.kind[floor] == Kind.WALL)
-    x, y = building.metres(*walls.T)
+    cells = np.argwhere(building.kind[floor] == Kind.WALL).tolist()
+    walls = np.array([building.metres(*cell) for cell in cells])
+    look: Style = {"ha": "center", "va": "center_baseline", "fontsize": size}
     for mark in building.landmarks:
         if mark.floor == floor:
-            away = np.hypot(x - mark.position[0], y - mark.position[1])
-            k = away.argmin()
-            number = mark.id.rpartition("-")[2]
-            look: Style = {"ha": "center", "va": "center_baseline", "fontsize": size}
-            axes.text(x[k], y[k], number, **look)
-            x[k] = np.inf  # taken
+            k = np.hypot(*(walls - mark.position).T).argmin()
+            x, y = walls[k]
+            axes.text(x, y, mark.id.rpartition("-")[2], **look)
+            walls[k] = np.inf  # taken
 
 
 def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:
