@@ -30,6 +30,9 @@ from reference.floorplan import STAIRWELLS, Drawing
 from reference.workshop.maps.mistakes import Edit, Mistake
 from reference.workshop.maps.pages import Floor, Page
 
+Gaps = dict[tuple[int, int], Any]
+"""Row and column of the gap between two parts of rooms, by their numbers."""
+
 
 def semantic_stages(drawing: Drawing, page: Page) -> Iterator[Iterable[Mistake]]:
     """Yield what each stage of checks finds, once the stages before find nothing.
@@ -354,48 +357,77 @@ def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:
     """Find a floor without a room, a second name in one room, or one name in two."""
     if not building.rooms(floor.index):
         yield floor.heading.mistake("no-room", floor=floor.index + 1)
-    names: dict[int, str] = {}  # of rooms by their index
-    places: dict[int, tuple[int, int]] = {}  # of these names
+    first: dict[int, RoomName] = {}  # of each room by its index
+    taken = set[str]()  # the words of these
     find_gaps = cache(partial(_gaps, building.signs[floor.index]))
     rows = building.drawing.storeys[floor.index].rows
     words = set(re.findall("[a-z][a-z0-9]*", " ".join(rows)))
     for row, text in enumerate(rows):
         for word in re.finditer("[a-z][a-z0-9]*", text):
-            cell = (row, word.start())
-            name = word[0]
-            room = int(building.area[floor.index, *cell])
-            cells = [(row, column) for column in range(*word.span())]
-            if room in names and len(names[room]) == 1 < len(name):
-                slip = places[room]
-                facts = {"name": names[room], "room": name}
-                edits = floor.typed(".", [slip])
-                yield floor.mistake("second-name", slip, edits=edits, **facts)
-                names[room] = name
-                places[room] = cell
+            found = RoomName(word[0], (row, word.start()))
+            room = int(building.area[floor.index, *found.cell])
+            if room not in first:
+                if found.word in taken:
+                    other = _other_name(found.word, taken | words)
+                    yield _same_name(floor, found, other)
+                    found = RoomName(other, found.cell)
+            elif len(first[room].word) == 1 < len(found.word):
+                yield _slip(floor, first[room], found)
+                taken.discard(first[room].word)
+            else:
+                yield _second_name(floor, first[room], found, find_gaps())
                 continue
-            if room in names:
-                facts = {"name": name, "room": names[room]}
-                parts, gaps = find_gaps()
-                gap = gaps.get((int(parts[*places[room]]), int(parts[*cell])))
-                if gap:
-                    edits = floor.typed("+", [gap])
-                    facts["place"] = _place(floor, np.array(gap))
-                    yield floor.mistake("second-name-gap", cell, edits=edits, **facts)
-                    continue
-                edits = floor.typed(".", cells)
-                yield floor.mistake("second-name", cell, edits=edits, **facts)
-            elif name in names.values():
-                other = _other_name(name, {*names.values(), *words})
-                signs = zip(other, cells, strict=True)
-                edits = [edit for sign, at in signs for edit in floor.typed(sign, [at])]
-                facts = {"name": name, "other": other}
-                yield floor.mistake("same-name", cell, edits=edits, **facts)
-                name = other
-            names.setdefault(room, name)
-            places.setdefault(room, cell)
+            first[room] = found
+            taken.add(found.word)
 
 
-def _gaps(signs: np.ndarray) -> tuple[np.ndarray, dict[tuple[int, int], Any]]:
+class RoomName(NamedTuple):
+    """A room's name on its floor, and the row and column where it begins."""
+
+    word: str
+    cell: tuple[int, int]
+
+    @property
+    def cells(self) -> list[tuple[int, int]]:
+        """Row and column of each letter."""
+        row, column = self.cell
+        return [(row, column + k) for k in range(len(self.word))]
+
+
+def _slip(floor: Floor, letter: RoomName, name: RoomName) -> Mistake:
+    """A lone letter before the room's name goes."""
+    facts = {"name": letter.word, "room": name.word}
+    edits = floor.typed(".", [letter.cell])
+    return floor.mistake("second-name", letter.cell, edits=edits, **facts)
+
+
+def _second_name(
+    floor: Floor, first: RoomName, second: RoomName, gaps: tuple[np.ndarray, Gaps]
+) -> Mistake:
+    """A second name goes; or a door goes where a gap joins the rooms of both.
+
+    gaps: parts of rooms, and what lies between two of them, see `_gaps`
+    """
+    facts = {"name": second.word, "room": first.word}
+    parts, gap_between = gaps
+    gap = gap_between.get((int(parts[*first.cell]), int(parts[*second.cell])))
+    if gap:
+        edits = floor.typed("+", [gap])
+        facts["place"] = _place(floor, np.array(gap))
+        return floor.mistake("second-name-gap", second.cell, edits=edits, **facts)
+    edits = floor.typed(".", second.cells)
+    return floor.mistake("second-name", second.cell, edits=edits, **facts)
+
+
+def _same_name(floor: Floor, name: RoomName, other: str) -> Mistake:
+    """A name that another room has becomes another one."""
+    signs = zip(other, name.cells, strict=True)
+    edits = [edit for sign, at in signs for edit in floor.typed(sign, [at])]
+    facts = {"name": name.word, "other": other}
+    return floor.mistake("same-name", name.cell, edits=edits, **facts)
+
+
+def _gaps(signs: np.ndarray) -> tuple[np.ndarray, Gaps]:
     """Find parts of rooms that one cell alone joins: a gap in a wall, a lost door.
 
     Returns the number of each cell's part, and the gap by the numbers of two parts.
