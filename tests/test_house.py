@@ -566,3 +566,12 @@ def test_a_test_that_hangs_fails():
     late = pytest.raises(pytest.fail.Exception, match=r"not done after 0\.05 s")
     with late, at_most(0.05):
         sleep(60)
+
+
+def test_a_limit_within_another_leaves_it():
+    """The outer one goes on when the inner one has ended."""
+    late = pytest.raises(pytest.fail.Exception, match=r"not done after 0\.05 s")
+    with late, at_most(0.05):
+        with at_most(60):
+            pass
+        sleep(1)
