@@ -131,12 +131,12 @@ def test_a_group_s_image_is_encoded_once_as_if_for_each_agent(kind):
 @pytest.mark.parametrize("kind", [Actor, Critic])
 def test_no_connection_skips_a_layer(kind):
     """Where one layer passes nothing on, nothing that is observed gets through."""
-    network = made(kind, num_layers=3)
-    rows = lives.batch(G=3)
+    network = made(kind, num_layers=3).double()
+    rows = lives.doubled(lives.batch(G=3))
     network.body.layers[2].weight.data.zero_()
     found = network(rows.vectors, rows.grids)
     found = found.act() if kind is Actor else found[..., None]
-    assert (found == found[0, 0]).all()
+    assert torch.allclose(found, found[0, 0].expand_as(found), atol=1e-12)
 
 
 @pytest.mark.paper("E4")
@@ -241,6 +241,8 @@ def test_each_branch_has_a_layer_of_its_own():
     x = torch.randn(5, 4)
     for branch, layer in zip(head(x).branches, head.branches, strict=True):
         assert torch.allclose(branch.probs, layer(x).softmax(-1), atol=1e-6)
+    one, other = head(x).branches
+    assert not torch.allclose(one.probs, other.probs)
 
 
 @pytest.mark.paper("E3")
