@@ -220,6 +220,7 @@ def test_a_stuck_follower_without_leader_waits_before_leading():
     sim = stage("#p.......E", sight_range=9)
     sim.world.bodies.headway_time[:] = -paper.STUCK_SECONDS - 0.1
     assert thinks(sim) == "#p.......E"
+    assert mind(sim, "p").pause_until == 0.0
     assert thinks(sim) == "#p.......E"
     assert mode(sim) == "FOLLOWER"
     play_until(sim, lambda: mode(sim) == "LEADER")
@@ -433,6 +434,16 @@ def test_who_has_no_wish_to_move_is_not_stuck():
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
+def test_who_stays_has_no_wish_to_move():
+    """Whatever p wanted before it became a leader."""
+    sim = stage("#p.......E")
+    bodies = sim.world.bodies
+    bodies.goal[0] += 5
+    assert thinks(sim) == "#p.......E"
+    assert bodies.goal[0].tolist() == bodies.position[0].tolist()
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
 def test_who_means_to_pass_a_door_gets_stuck_before_it_too():
     """Less than STUCK_METRES away from it, and held up."""
     assert sets_off("#..p+..E") == "#..p!..E"
@@ -625,6 +636,26 @@ def test_a_stairway_is_kept_though_another_one_is_a_little_nearer():
     sim = stage("#AA+......+BB#\n\n#AA+..p...+BB#", leads="p")
     mind(sim, "p").goal = Goal(Aim.LANDMARK, mark(sim, "+4"))
     assert thinks(sim).splitlines()[-1] == "#AA+..p...!BB#"
+
+
+@pytest.mark.paper("B6", "desired, chosen")
+@pytest.mark.parametrize(
+    ("late", "after"), [(0.0, "#..+p.........!E"), (0.1, "#..!p.........+E")]
+)
+def test_a_goal_out_of_sight_stays_desired_until_one_is_stuck(late, after):
+    """Then p goes to the door in view."""
+    sim = stage("#..+p.........+E", leads="p")
+    mind(sim, "p").goal = Goal(Aim.LANDMARK, mark(sim, "+2"))
+    sim.world.bodies.headway_time[:] = -paper.STUCK_SECONDS - late
+    assert thinks(sim) == after
+
+
+@pytest.mark.paper("B6", "desired, chosen")
+def test_a_goal_out_of_sight_that_has_been_visited_is_desired_no_more():
+    """p has passed it: it goes to the door in view."""
+    sim = stage("#..+p.........+E", leads="p", visited="+2")
+    mind(sim, "p").goal = Goal(Aim.LANDMARK, mark(sim, "+2"))
+    assert thinks(sim) == "#..!p.........+E"
 
 
 # -- Suitable leaders ---------------------------------------------------------------
@@ -857,6 +888,11 @@ def test_floor_to_look_at_stays_the_goal_when_it_goes_out_of_sight():
     assert me.goal.place not in view(sim, "p").ground
     assert look_again(me, view(sim, "p")) == me.goal
 
+    # p walks there from cell to cell
+    me.patches.update(sim.sight.patches.tolist())
+    decide(sim, "p")
+    assert sim.building.cell(*sim.world.bodies.target[0]) == (1, 5)
+
 
 @pytest.mark.paper("A9", "chosen")
 @pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
@@ -868,12 +904,12 @@ def test_whoever_is_alone_finds_the_exit_of_any_floor_without_doors(rows, seed, 
     sim = Simulation(with_exit(rows), alone, seed=seed)
     sim.world.bodies.health[:] = 1e9
     stood = 0.0
-    at = sim.world.bodies.position[0].copy()
+    stood_at = sim.world.bodies.position[0].copy()
     for _ in ticks(sim):
         stood += sim.tick
-        if np.abs(sim.world.bodies.position[0] - at).max() > 0.5:
+        if np.abs(sim.world.bodies.position[0] - stood_at).max() > 0.5:
             stood = 0.0
-            at = sim.world.bodies.position[0].copy()
+            stood_at = sim.world.bodies.position[0].copy()
         assert stood < 10
     assert events_of(sim, Evacuated)
 
@@ -1003,6 +1039,14 @@ def test_a_follower_passes_a_door_after_its_leader():
     assert me.goal == Goal(Aim.LEADER, 1)
 
 
+@pytest.mark.paper("B6", "chosen")
+def test_a_door_on_the_way_in_a_direction_is_no_way_back():
+    """It is remembered, but nothing more."""
+    me = Mind(goal=Goal(Aim.DIRECTION, 3, 9))
+    pass_landmark(me, 4, side=1, beyond=9)
+    assert (me.doors, me.trail) == ({4}, [])
+
+
 CORNER = """
     #########
     #...#...#
@@ -1039,6 +1083,15 @@ def test_of_several_unexplored_directions_the_straightest_is_taken():
     sim = stage("\n".join(rows), leads="p")
     mind(sim, "p").facing = -1.0, 0.0
     assert thinks(sim).splitlines()[7] == "E.?....p.....##"
+
+
+@pytest.mark.paper("B6", "Alg. 2:15, chosen: walk in that direction")
+def test_who_sets_off_faces_the_goal():
+    """East, where p has faced nowhere before."""
+    sim = stage("#p........E", leads="p")
+    assert mind(sim, "p").facing == (0.0, 0.0)
+    assert thinks(sim) == "#p....?...E"
+    assert mind(sim, "p").facing == (1.0, 0.0)
 
 
 @pytest.mark.paper("B6", "Alg. 2:15, chosen: walk in that direction")
