@@ -91,8 +91,19 @@ BOARD = """
     ####..........#.......#
        ####################
     """
-OCCUPIED = [*"#A+E*,Rpq", "R2", "door", "protected", "outside"]
-"""Signs of places on BOARD where no source may be, and four more such places."""
+FREE = np.array([0, 1, 8])
+"""Floor, row and column where a source may be."""
+OUTSIDE = {
+    "below": (-1, 0, 0),
+    "above": (1, 0, 0),
+    "north": (0, -1, 0),
+    "south": (0, 1, 0),
+    "west": (0, 0, -1),
+    "east": (0, 0, 1),
+}
+"""How many buildings farther on there is none."""
+OCCUPIED = [*"#A+E*,Rpq", "R2", "door", "protected", *OUTSIDE]
+"""Signs of places on BOARD where no source may be, and more such places."""
 
 
 def generated(sim, decision, rng):
@@ -103,8 +114,9 @@ def generated(sim, decision, rng):
 
 def spot(sim, what):
     """Floor and metres of one of these places."""
-    if what == "outside":
-        return (0, 99.5, 0.5)
+    if what in OUTSIDE:
+        floor, row, col = FREE + sim.building.kind.shape * np.array(OUTSIDE[what])
+        return (int(floor), *sim.building.metres(row, col))
     if what == "door":
         return (0, *sim.building.landmarks[mark(sim, Kind.DOOR)].position)
     sign = "E" if what == "protected" else what
@@ -170,7 +182,8 @@ def test_random_fires_of_one_seed_are_the_same_for_all_robots():
         Simulation(shipped("paper"), sparse, robots, RandomFire(), seed=3)
         for robots in (NoRobots(), Sweep())
     )
-    one.run(), other.run()
+    one.run()
+    other.run()
     mine = one.world.flames.sources
     its = other.world.flames.sources
     few = min(len(mine), len(its))
@@ -403,7 +416,7 @@ def test_ash_is_never_lit_again():
     wait(sim, paper.BURN_SECONDS + 1)
     place = (0, *sim.building.metres(1, 2))
     refusing = SourceGenerator(
-        sim.building, Scenario(training=True), np.random.default_rng()
+        sim.building, Scenario(training=True), np.random.default_rng(0)
     )
     assert isinstance(refusing.generate(sim.world, place), FireRefused)
     was = sim.world.flames.arrival.flat[sim.navigation.place(*place)]
@@ -539,6 +552,16 @@ def test_a_random_fire_chooses_free_cells_of_rooms_on_all_floors():
     for level, x, y in chosen:
         row, col = world.building.cell(x, y)
         assert free[level, row, col]
+
+
+@pytest.mark.paper("D2")
+@pytest.mark.paper("D6", "chosen")
+def test_a_random_fire_lights_small_floors_as_often_as_large_ones():
+    """Four cells may burn upstairs, 20 below."""
+    world = empty(built("#........................E\n\n#........E################"))
+    rng = np.random.default_rng(0)
+    floors = [RandomFire().decide(world, rng)[0] for _ in range(300)]
+    assert min(np.bincount(floors, minlength=2)) > 110
 
 
 @pytest.mark.paper("D6", "chosen")
