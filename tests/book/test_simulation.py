@@ -409,7 +409,8 @@ def test_a_simulation_may_begin_with_a_world_that_exists(seed):
     )
     assert other.world.time == sim.world.time
     events = len(sim.events)
-    sim.run(), other.run()
+    sim.run()
+    other.run()
     assert other.events == sim.events[events:]
 
 
@@ -710,6 +711,18 @@ def test_two_who_pass_an_exit_in_one_tick_are_both_out_and_fill_it_twice():
     assert out == [(0, now), (1, now)]
     full = sim.full_until[0] - (now - sim.tick)
     assert full == pytest.approx(2 / (2 * paper.DOOR_FLOW))
+
+
+@pytest.mark.paper("A5", "deviation")
+def test_an_exit_that_became_free_during_a_tick_is_full_from_then_on():
+    """q leaves a tick after p; four metres had room again a little before."""
+    sim = stage("####\n#p.E\n#..E\n#..E\n#q.E\n####", leads="pq")
+    sim.world.bodies.position[body("q"), 0] -= 0.25
+    play_until(sim, lambda: len(events_of(sim, Evacuated)) == 2)
+    one, other = (event.time for event in events_of(sim, Evacuated))
+    assert other == pytest.approx(one + sim.tick)
+    full = sim.full_until[0] - (one - sim.tick)
+    assert full == pytest.approx(2 / (4 * paper.DOOR_FLOW))
 
 
 @pytest.mark.paper("A5", "deviation")

@@ -1137,6 +1137,16 @@ def test_on_the_stairs_people_follow_nobody():
     assert followers_of(sim.world, robot).tolist() == []
 
 
+@pytest.mark.paper("B5", "chosen")
+def test_the_dead_follow_nobody():
+    """Their robot no longer waits for them."""
+    sim = stage("#pR.....E", follows="pR", health={"p": 0.05})
+    robot = sim.world.robots[0]
+    assert followers_of(sim.world, robot).tolist() == [body("p")]
+    sim.step()
+    assert followers_of(sim.world, robot).tolist() == []
+
+
 @pytest.mark.paper("B5", "stuck, chosen")
 def test_who_comes_out_of_a_stairwell_is_not_stuck():
     """Though the stairs have taken longer than STUCK_SECONDS."""
