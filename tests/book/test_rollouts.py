@@ -1,5 +1,6 @@
 """Rollouts: what a learner gets is what happened in the environment."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +16,11 @@ from reference.learning.adversarial import adversarial_rounds, learner_for, play
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import SIDES
 from reference.paper import Scenario
+from reference.rewards import fire_reward
+from reference.simulation import Simulation
 from reference.workshop.engine import run_to_decision
 from reference.workshop.maps import load, plan_of
+from reference.world import Died, Evacuated, FireLit, FireRefused
 
 TINY = plan_of(load("tiny"))
 TABLE = settings("ppo", hidden_units=8, num_layers=1)  # Gaussians
@@ -65,10 +69,17 @@ def replayed(episode: Episode, environment: Environment):
     [
         ((3, 3), 30, 4, True),
         ((0, 6), 18, 4, True),
+        ((6, 0), 30, 2, True),
         ((3, 3), 95, 2, False),
         ((3, 3), 200, 0, False),
     ],
-    ids=["time is up", "upstairs", "the last source is lit", "nobody is inside"],
+    ids=[
+        "time is up",
+        "upstairs",
+        "nobody upstairs",
+        "the last source is lit",
+        "nobody is inside",
+    ],
 )
 def test_a_trajectory_is_what_the_environment_says_to_its_actions(
     people, seconds, robots_go_on, fire_goes_on
@@ -91,6 +102,24 @@ def test_a_trajectory_is_what_the_environment_says_to_its_actions(
     goes_on = [agent in cut and at_work[k] for k, agent in enumerate(team)]
     assert episode.robots.alive[-1].tolist() == goes_on
     assert episode.fire.alive[-1].tolist() == [fire_goes_on]
+    assert episode.facts == pytest.approx(facts_of(environment.simulation, paid))
+
+
+def facts_of(run: Simulation, paid: dict[str, list[float]]) -> dict[str, float]:
+    """What an episode that went like this tells."""
+    events = Counter(map(type, run.events))
+    outcome = run.outcome()
+    return {
+        "group_reward": sum(paid["robots"]),
+        "fire_reward": fire_reward(run.events),
+        "survival": outcome.evacuated / 6,
+        "evacuated": events[Evacuated],
+        "died": events[Died],
+        "refused": events[FireRefused],
+        "sources": events[FireLit],
+        "seconds": run.world.time,
+        "length": len(paid["robots"]),
+    }
 
 
 @pytest.mark.paper("E6")
