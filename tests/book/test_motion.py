@@ -1,6 +1,7 @@
 """Bodies walk: free speed, gaps, doors, counterflow; nobody in anybody or a wall."""
 
 from itertools import combinations
+from math import atan2
 
 import numpy as np
 import pytest
@@ -43,6 +44,27 @@ def moved(position, floor, aim, pace, free, rng):
 def corridor(width):
     """May a body stand there: a corridor along x, so many metres wide."""
     return lambda at: np.abs(at[:, 1]) < width / 2
+
+
+class NoChance:
+    """In the place of a generator: all that is drawn is 0."""
+
+    def uniform(self, low, high, count):
+        """In the middle between these, if they are -1 and 1."""
+        return np.zeros(count)
+
+
+def shuffled(position, aim):
+    """How far bodies get in a tick in which there is room for one small step only."""
+    start = np.array(position, float)
+    n = len(start)
+    stride = paper.SHUFFLE_SPEED * TICK
+
+    def free(at, who):
+        return np.hypot(*(at - start[who]).T) <= stride + 1e-9
+
+    pace = np.full(n, WALKING_SPEED)
+    return moved(start, np.zeros(n, int), aim, pace, free, NoChance()) - start
 
 
 # -- One body -----------------------------------------------------------------------
@@ -154,6 +176,14 @@ def test_a_push_reaches_those_in_the_middle_of_a_row():
 
 
 @pytest.mark.paper("A9", "chosen")
+def test_nobody_is_pushed_into_a_wall():
+    """Of two who overlap beside it, one is pushed."""
+    start = [[0.05, 0], [0.15, 0]]
+    track = walk(start, start, 1, lambda at: at[:, 0] >= 0)
+    assert track[1, :, 0] == pytest.approx([0.05, 0.3])
+
+
+@pytest.mark.paper("A9", "chosen")
 @pytest.mark.parametrize("fast", [0, 1])
 def test_in_long_ticks_two_who_run_at_each_other_heed_each_other_from_afar(fast):
     """Half a second: either of them gets as far as a metre and a half."""
@@ -228,6 +258,36 @@ def test_people_who_meet_turn_their_shoulders():
     track = walk([[0, 0.1], [4, -0.1]], [[9, 0], [-9, 0]], 60, corridor(0.38))
     assert track[-1, 0, 0] > 4 and track[-1, 1, 0] < 0
     assert paper.SHOULDER_METRES - 1e-6 < min(pdist(at)[0] for at in track) < TOUCHING
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_people_who_stop_before_they_meet_do_not_turn_their_shoulders():
+    """They walk at each other, but not so far."""
+    track = walk([[0, 0], [0.5, 0]], [[0.15, 0], [0.35, 0]], 30)
+    assert min(pdist(at)[0] for at in track) >= TOUCHING
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_who_meets_somebody_and_is_held_up_shuffles_to_the_right():
+    """By a radian, if chance does not turn them."""
+    one, other = shuffled([[0, 0], [0.4, 0]], [[9, 0], [-9, 0]])
+    assert atan2(one[1], one[0]) == pytest.approx(-1, abs=0.05)
+    assert other == pytest.approx(-one, abs=1e-3)
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_who_stands_and_cannot_step_aside_shuffles():
+    """Away from who walks at them."""
+    (stride, _), _ = shuffled([[0, 0], [-0.5, 0]], [[0, 0], [9, 0]])
+    assert stride == pytest.approx(paper.SHUFFLE_SPEED * TICK)
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_who_steps_aside_does_so_at_one_speed():
+    """GIVE_WAY_SPEED at most, also if three walk at them."""
+    three = [[-0.6, 0], [-0.48, -0.36], [-0.48, 0.36]]
+    track = walk([[0, 0], *three], [[0, 0], [9, 0], [8, 6], [8, -6]], 1)
+    assert track[1, 0] == pytest.approx([paper.GIVE_WAY_SPEED * TICK, 0], abs=1e-3)
 
 
 @pytest.mark.paper("A9", "chosen")
