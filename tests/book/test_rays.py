@@ -169,6 +169,16 @@ def test_a_ray_that_returns_nothing_is_unexplored():
     assert all(way.unit[0] > 0.9 for way in view(sim, "p").open)
 
 
+@pytest.mark.paper("B2")
+def test_the_place_where_a_ray_ends_that_returns_nothing_is_seen():
+    """Also where no line of sight reaches the middle of it."""
+    sight = sight_of(shipped("tiny"), SIGHT_RANGE)
+    places = np.flatnonzero(sight.building.walkable).tolist()
+    ends = {p: {way.place for way in sight.open(p)} for p in places}
+    assert all(ends[p] <= sight.seen(p) for p in places)
+    assert not all(ends[p] <= sight.in_line(p) for p in places)
+
+
 @pytest.mark.paper("B1")
 @pytest.mark.parametrize("name", ["paper", "school"])
 def test_no_door_slips_between_two_rays(name):

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from movies import shipped, stage, wait
+from movies import Script, play_until, shipped, stage, wait
 
 from reference import paper
 from reference.fire import RandomFire
@@ -309,7 +309,7 @@ def test_robots_and_the_fire_are_told_the_same(name):
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_a_scaled_vector_lies_between_its_bounds(name):
     """-1 is its lower bound, 1 its upper one, from the beginning to the end."""
-    sim = scene(name, time_limit=30)
+    sim = scene(name, time_limit=30.1)  # it ends in the middle of a tick
     layout = observations.vector_layout(sim.building, sim.scenario)
     middle = (layout.low + layout.high) / 2
     for vector, wanted in ((layout.low, -1), (middle, 0), (layout.high, 1)):
@@ -407,11 +407,26 @@ def test_a_grid_belongs_to_whoever_asked_for_it():
 
 @pytest.mark.paper("C7", "Alg. 3:3: if a model or a strategy decides now")
 def test_a_robot_remembers_where_it_goes_until_it_is_there():
-    """Normalised, and cut off at the main body like every action; nan on arrival."""
-    run = Simulation(shipped("paper"), Scenario(), Sweep(), seed=2)
-    assert np.isnan(robot_destinations(run.world)).all()
+    """Normalised; nan before and on arrival."""
+    sim = stage("#p#R.1...E")
+    (robot,) = sim.world.robots
+    assert np.isnan(robot_destinations(sim.world)).all()
+    sim.step()
+    (told,) = robot_destinations(sim.world)
+    there = sim.building.metres(1, 5)
+    assert from_normalised(sim.building, told) == pytest.approx(there)
+    play_until(sim, lambda: not robot.way)
+    assert np.isnan(robot_destinations(sim.world)).all()
+
+
+@pytest.mark.paper("C6")
+def test_a_destination_is_cut_off_at_the_main_body_like_every_action():
+    """The middle of a stairwell lies outside; the second robot is not there yet."""
+    building = shipped("paper")
+    well = building.stairwells[0].centre
+    run = Simulation(building, Scenario(), Script(well))
     run.step()
-    told = robot_destinations(run.world)
-    for robot, spot in zip(run.world.robots, told, strict=True):
-        assert np.isnan(spot).all() == (not robot.way)
-    assert np.nanmax(np.abs(told)) <= 1
+    _, told, *_ = robot_destinations(run.world)
+    spot = to_normalised(building, np.array(well)).clip(-1, 1)
+    assert np.abs(spot).max() == 1
+    assert told == pytest.approx(spot)

@@ -9,7 +9,7 @@ from movies import built, events_of, shipped, turns
 
 from reference.fire import RandomFire
 from reference.game import observations
-from reference.game.environment import FIRE, Environment, fire_decision
+from reference.game.environment import FIRE, Environment, destination, fire_decision
 from reference.paper import InputError, Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
@@ -164,6 +164,14 @@ def test_a_robot_goes_where_its_action_says():
     robot = environment.simulation.world.robots[3]
     assert robot.destination.tolist() == [5.0, -10.0]
     assert not np.array_equal(robot.position, before)
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_an_action_in_float32_names_a_point_exactly():
+    """To four decimals of a metre, such as a strategy may name."""
+    building = shipped("paper")
+    spot = to_normalised(building, np.array([0.1234, -4.5678])).astype(np.float32)
+    assert destination(building, spot) == (0.1234, -4.5678)
 
 
 @pytest.mark.paper("C6")
