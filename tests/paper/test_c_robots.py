@@ -180,6 +180,25 @@ def test_a_step_goes_on_past_a_waypoint():
     assert play(sim, 2) == "#####\n#...#\n#...#\n#pR.E\n#####"
 
 
+@pytest.mark.paper("C7", "Alg. 3:7: walk on towards the destination")
+def test_a_step_that_would_end_in_a_wall_leads_round_its_corner():
+    """Straight on from the edge of its cell; from the middle the way is free."""
+    board, after = beside("""
+        ########    ########
+        #R..####    #...####
+        ##...###    ##...###
+        ##..1###    ##..R###
+        #####p.E    #####p.E
+        ########    ########
+        """)
+    sim = stage(board, still="p", sight_range=1)
+    robot = sim.world.robots[0]
+    robot.position = robot.position - (0, 0.4)
+    sim.step()
+    assert robot.way[0] == robot.place
+    assert play(sim, 3) == after
+
+
 # -- Equation 1 and instructions ----------------------------------------------------
 
 

@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lives import MIXED, SIZES, gradients, life, random, settings, tensor
 
+from reference.learning.experience import minibatches
 from reference.learning.poca import GroupLearner
 from reference.learning.ppo import (
     Learner,
@@ -279,6 +280,31 @@ def test_an_update_is_adam_s_step_on_the_summed_loss():
     rate = learner.update()["Policy/Learning Rate"]
     for p, old, g in before:
         expected = old - rate * g / (g.abs() + 1e-8)
+        assert torch.allclose(p, expected, atol=0.02 * rate)
+
+
+@pytest.mark.paper("E3")
+def test_each_minibatch_s_step_is_by_its_own_gradient():
+    """Nothing of the one before is left in it: Adam's two steps, by another Adam."""
+    changes = {"batch_size": 4, "learning_rate_schedule": "constant"}
+    learner = made(**changes)
+    again = made(**changes)
+    for one in (learner, again):
+        one.add([life("#" * 8, sizes=MIXED)])
+    rate = learner.update()["Policy/Learning Rate"]
+    rows = again.buffer[0]
+    rows.advantages[:, 0] = normalised(rows.advantages[:, 0])
+    _, epsilon, beta = again.schedules()
+    parameters = [*again.actor.parameters(), *again.critic.parameters()]
+    adam = torch.optim.Adam(parameters, rate)
+    for batch in minibatches(rows, 4, again.rng):
+        loss, _ = again.loss(batch, epsilon, beta)
+        slopes = torch.autograd.grad(loss, parameters)
+        for p, slope in zip(parameters, slopes, strict=True):
+            p.grad = slope
+        adam.step()
+    found = [*learner.actor.parameters(), *learner.critic.parameters()]
+    for p, expected in zip(found, parameters, strict=True):
         assert torch.allclose(p, expected, atol=0.02 * rate)
 
 
