@@ -1,7 +1,6 @@
 """Stopped or killed at any moment, it leaves nothing half-written, and goes on."""
 
 import os
-import random
 import signal
 import threading
 import time
@@ -30,16 +29,18 @@ def begun(command, tmp_path, **env):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("number", "delay"), [(signal.SIGINT, 3.0), (signal.SIGTERM, 11.0)]
+)
 @pytest.mark.parametrize("command", [EVALUATE, TRAIN])
-def test_a_stop_while_it_compiles_ends_it_at_once(number, command, tmp_path):
+def test_a_stop_while_it_compiles_ends_it_at_once(number, delay, command, tmp_path):
     """Status 130, one message, and no file that is half written."""
     cache = {"XDG_CACHE_HOME": str(tmp_path / "cache")}
     # a crash of a library tells where it was
     process = begun(command, tmp_path, **cache, PYTHONFAULTHANDLER="1")
     while "compiling the engine" not in process.stderr.readline():
         assert process.poll() is None
-    time.sleep(random.uniform(0, 15))
+    time.sleep(delay)
     process.send_signal(number)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
@@ -49,19 +50,21 @@ def test_a_stop_while_it_compiles_ends_it_at_once(number, command, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", STOPPED_BY)
+@pytest.mark.parametrize(
+    ("number", "delay"), [*zip(STOPPED_BY, (0.1, 0.7, 1.5), strict=True)]
+)
 @pytest.mark.parametrize(
     ("command", "table"), [(EVALUATE, "runs.csv"), (TRAIN, "summaries.csv")]
 )
 def test_what_was_stopped_while_it_played_goes_on_to_the_same_end(
-    number, command, table, tmp_path, monkeypatch
+    number, delay, command, table, tmp_path, monkeypatch
 ):
-    """However it was stopped, and whenever."""
+    """However it was stopped, and at several moments."""
     process = begun(command, tmp_path)
     while not (tmp_path / "out" / table).exists():
         assert process.poll() is None
         time.sleep(0.01)
-    time.sleep(random.uniform(0, 2))
+    time.sleep(delay)
     process.send_signal(number)
     _, err = process.communicate(timeout=60)
     assert process.returncode in (0, STOPPED_BY[number])
@@ -89,7 +92,7 @@ def test_a_worker_that_is_killed_while_it_plays_costs_what_it_played(tmp_path):
         def kill_one():
             while not (tmp_path / "runs.csv").exists() or len(pool.processes) < 2:
                 time.sleep(0.01)
-            time.sleep(random.uniform(0, 0.2))
+            time.sleep(0.1)
             os.kill(pool.processes[1].pid, signal.SIGKILL)
 
         threading.Thread(target=kill_one, daemon=True).start()
