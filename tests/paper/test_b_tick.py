@@ -225,7 +225,9 @@ def test_flames_move_on_before_they_hurt():
 @pytest.mark.paper("D7")
 def test_flames_move_on_once_a_second():
     """At whole seconds and at no other tick, however fast they spread."""
-    hurry = Scenario(people=1, decision_seconds=1, sources=3, time_limit=14)
+    hurry = Scenario(
+        people=1, decision_seconds=1, sources=3, time_limit=14, spread_rate=100
+    )
     sim = Simulation(shipped("tiny"), hurry, NoRobots(), RandomFire(), seed=3)
     sim.world.bodies.pace[:] = 0
     states = []

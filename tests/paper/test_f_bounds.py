@@ -73,6 +73,8 @@ def test_the_readings_of_equation_7(frames, divided, fixed_reward, best):
     loss = seconds / rate if divided else seconds * rate
     R_b = paper.PEOPLE * ((paper.HEALTH - loss).sum() + fixed_reward)
     assert R_b == pytest.approx(best, rel=0.01)
+    ours = best_reward(shipped("paper"), paper.PEOPLE)
+    assert (abs(R_b - ours) < 1) == (best == 15_050)
 
 
 # -- Health carried over ------------------------------------------------------------

@@ -178,7 +178,7 @@ def test_a_world_may_be_handed_in() -> None:
 
 @pytest.mark.parametrize("x", [1e3, 999_999.0])
 def test_robots_may_be_sent_beyond_all_walls(x: float) -> None:
-    """They walk to the nearest place; what is farther still is refused."""
+    """They walk to the nearest place."""
 
     class FarAway:
         def decide(self, world: Any, robots: Any, rng: Any) -> Any:
