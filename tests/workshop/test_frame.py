@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hall import BUILDINGS, HALL
 from movies import shipped, stage, wait
 
 from reference.building import Kind
@@ -30,17 +31,6 @@ from reference.workshop.strategies.observed import guard_points, guess_guides, w
 from reference.workshop.training.presets import preset
 from reference.world import NOBODY, NOWHERE
 
-BUILDINGS = ("paper", "tiny", "museum", "maze", "school", "tower")
-HALL = """
-    ##############################
-    #............................#
-    #q...........................#
-    #........p...................#
-    #........R.....r.............E
-    #....................R.......#
-    #.....................s......#
-    ##############################
-    """
 WIDTH = 5  # numbers of a point
 
 

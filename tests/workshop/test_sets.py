@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 import torch
+from hall import BUILDINGS, HALL
 from movies import shipped, stage, wait
 
 from reference.building import lengths
@@ -50,17 +51,6 @@ from reference.workshop.training.families import Family
 from reference.workshop.training.presets import preset
 from reference.world import NOBODY
 
-BUILDINGS = ("paper", "tiny", "museum", "maze", "school", "tower")
-HALL = """
-    ##############################
-    #............................#
-    #q...........................#
-    #........p...................#
-    #........R.....r.............E
-    #....................R.......#
-    #.....................s......#
-    ##############################
-    """
 OFF = 3 + MARK_NUMBERS  # numbers of an anchor before where it is from me
 ON_WAY = OFF + 5  # flames on the way to an anchor, near it
 MATES_BEFORE = slice(OFF + 13, OFF + 16)  # of those who choose before me
