@@ -1,7 +1,7 @@
 """A short run that many numbers change, and the same in a process that knew no other.
 
-`python changing.py` reads `{number: value}` from its input and writes what happens
-under each of them alone, with the package imported anew each time.
+`python changing.py` reads `[number, value]` from each line of its input and writes what
+happens under it alone, with the package imported anew each time.
 """
 
 import json
@@ -63,13 +63,11 @@ def what_happens():
 
 def main():
     """Play under each number, as if it had always been so."""
-    digests = {}
-    for number, value in json.load(sys.stdin).items():
+    for number, value in map(json.loads, sys.stdin):
         for module in [name for name in sys.modules if name.startswith("reference")]:
             del sys.modules[module]
         setattr(import_module("reference.paper"), number, value)
-        digests[number] = what_happens()
-    json.dump(digests, sys.stdout)
+        print(what_happens(), flush=True)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,8 @@
 
 import json
 import os
-import subprocess
 import sys
+from subprocess import PIPE, Popen
 
 import pytest
 from changing import what_happens
@@ -50,16 +50,17 @@ def before():
 
 @pytest.fixture(scope="module")
 def always():
-    """What happens where each number was another before anything was built."""
-    done = subprocess.run(
-        [sys.executable, str(ROOT / "tests" / "changing.py")],
-        input=json.dumps(CHANGED),
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return json.loads(done.stdout)
+    """A function: what happens where a number was another before anything was built."""
+    command = [sys.executable, str(ROOT / "tests" / "changing.py")]
+    env = os.environ | {"PYTHONPATH": str(ROOT)}
+    with Popen(command, env=env, text=True, stdin=PIPE, stdout=PIPE) as process:
+
+        def happens(number):
+            asked = json.dumps([number, CHANGED[number]])
+            print(asked, file=process.stdin, flush=True)
+            return process.stdout.readline().strip()
+
+        yield happens
 
 
 @pytest.mark.parametrize("number", CHANGED)
@@ -68,4 +69,4 @@ def test_a_number_changed_at_run_time_is_heard_by_the_next_run(
 ):
     """As if it had always been so: nothing kept from the first run is used again."""
     monkeypatch.setattr(paper, number, CHANGED[number])
-    assert before != always[number] == what_happens()
+    assert before != always(number) == what_happens()
