@@ -90,7 +90,7 @@ class Stopped(InProcess):
 
 
 equal = same
-"""Are two states the same to the last bit, tensors and plain values?"""
+"""Are two states the same number by number, tensors and plain values?"""
 
 
 @contextmanager
