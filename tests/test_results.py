@@ -265,6 +265,29 @@ WORTH = [
 """Decisions drawn by lot, as `what_a_decision_is_worth.py` has measured them."""
 
 
+def lines_of_from_nothing() -> list[str]:
+    """Survivors after so many decisions, and of guides; at last less `escort`."""
+    kept = ROOT / "tutorials" / "tables" / "from_nothing.json"
+    cells = json.loads(kept.read_text(encoding="utf-8"))["cells"]
+    met: dict[str, list[dict]] = {}
+    for cell in cells:
+        met.setdefault(cell["robots"], []).append(cell)
+    rows = []
+    for robots, under in met.items():
+        who = f"`{robots}`" if robots.isalpha() else robots
+        rows.append(
+            row(who, [f"{100 * cell['survival']['mean']:.1f}" for cell in under])
+        )
+    *_, last = (who for who in met if not who.isalpha())
+    less = []
+    for cell in met[last]:
+        mean, low, high = (
+            signed(100 * cell["gain"][end]) for end in ("mean", "low", "high")
+        )
+        less.append(f"{mean} [{low}, {high}]")
+    return [*rows, row(f"{last} less `escort`", less)]
+
+
 def lines_of_worth() -> list[str]:
     """All, those of the first 50 s, and those in whose better choice was believed."""
     rows = []
@@ -376,11 +399,20 @@ FIRES_ANYWHERE = ("random", "busiest")
         (lines_of_buildings, 4),
         (lines_of_tenths, 14),
         (lines_of_league, 13),
+        (lines_of_from_nothing, 12),
         (lines_of_worth, 10),
         (partial(lines_of_any_map, "any_map"), 7),
         (partial(lines_of_any_map, "any_map_many_robots"), 7),
     ],
-    ids=["buildings", "tenths", "league", "worth", "any map", "with many robots"],
+    ids=[
+        "buildings",
+        "tenths",
+        "league",
+        "from nothing",
+        "worth",
+        "any map",
+        "with many robots",
+    ],
 )
 def test_what_was_measured_is_told_as_kept(lines_of, count):
     """Line by line, and none is missing."""

@@ -61,12 +61,12 @@ def checkpoints(training):
     return {steps: path for steps, path in sorted(paths.items()) if steps in shown}
 
 
-def drawn(title, steps_of, found):
+def drawn(steps_of, found):
     """Draw people saved over decisions, a panel for each fire.
 
     steps_of: decisions by the name of a team that learned;  found: cells
     """
-    figure = sheet(title, 15, 4.2)
+    figure = sheet("Robots that learn from nothing, by their decisions", 15, 4.2)
     panels = figure.subplots(1, len(FIRES), sharey=True)
     first = min(filter(None, steps_of.values()))
     for axes, fire in zip(panels, FIRES, strict=True):
@@ -86,7 +86,8 @@ def drawn(title, steps_of, found):
         label = "robots from nothing"
         axes.plot(decisions, 100 * np.array(means), "o-", color="tab:blue", label=label)
         axes.set_xscale("log")
-        axes.set_xlabel("decisions of robots; left: none")
+        axes.xaxis.set_major_formatter(lambda count, _: f"{count:,.0f}")
+        axes.set_xlabel("decisions; left: none yet")
         axes.set_title(f"fire: {fire}", fontsize=10)
     panels[0].set_ylabel("people saved, per cent")
     legend(figure, panels[0].get_legend_handles_labels()[0])
@@ -117,7 +118,7 @@ def main():
     write_json(folder / "from_nothing.json", {"cells": listed})
 
     steps_of = {name_of[path]: steps for steps, path in paths.items()}
-    figure = drawn(f"Robots from nothing: {asked.training}", steps_of, found)
+    figure = drawn(steps_of, found)
     print(save(figure, asked.picture or folder / "from_nothing.png"))
 
 
