@@ -93,8 +93,8 @@ def test_rays_are_cast_as_by_the_book(reach):
     for building in (shipped("school"), generated(12, 31, 17, 2)):
         book = Sight(building, reach)
         again = Sight(building, reach)
-        again.hits[:] = -1
-        again.ends[:] = -1
+        again.hits = np.full_like(book.hits, -1)
+        again.ends = np.full_like(book.ends, -1)
         cast_rays(again, again._clear.reshape(building.kind.shape))
         assert np.array_equal(book.hits, again.hits)
         assert np.array_equal(book.ends, again.ends)
