@@ -58,6 +58,17 @@ from reference.world import NOBODY, NOWHERE, Aim, Fate, FireLit, Mode, Passed
 
 PEOPLE = "pqrstuvwxyz"
 
+GAPS = """building: gaps
+size: 6 x 5
+floor 1: walls without corners
+ ####
+#....#
+###+##
+#....E
+ ####
+"""
+"""A map of which rays meet the outside, where people walk on both sides of a door."""
+
 GRIDS = st.integers(3, 9).flatmap(
     lambda width: st.lists(
         st.text(st.sampled_from("..#"), min_size=width, max_size=width),

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from movies import GRIDS, body, built, mark, shipped, stage, view, walled
+from movies import GAPS, GRIDS, body, built, mark, shipped, stage, view, walled
 
 from reference import paper
-from reference.building import Kind
+from reference.building import Kind, building_of
 from reference.paper import RAYS, SIGHT_RANGE, Scenario
 from reference.rays import Sight, direction, sight_of
 from reference.simulation import Simulation
@@ -191,6 +191,18 @@ def test_no_door_slips_between_two_rays(name):
         landmarks = (building.landmarks[mark] for mark in set(seen[seen >= 0]))
         ways = {m.index for m in landmarks if m.kind is Kind.DOOR or m.leads_out}
         assert ways - {marks[p]} <= set(sight.landmarks(p))
+
+
+@pytest.mark.paper("A6")
+def test_a_burnt_door_is_seen_through_as_floor_is():
+    """Also to where a wall has a gap: there a ray returns nothing [B1]."""
+    shut = sight_of(building_of(GAPS), SIGHT_RANGE)
+    no_door = sight_of(building_of(GAPS.replace("+", ".")), SIGHT_RANGE)
+    (door,) = (m.index for m in shut.building.landmarks if m.kind is Kind.DOOR)
+    for p in np.flatnonzero(no_door.building.walkable).tolist():
+        stops, ends = shut._rays(p, frozenset({door}))
+        assert stops.tolist() == no_door.hits[:, p].tolist()
+        assert ends.tolist() == no_door.ends[:, p].tolist()
 
 
 def test_the_nearest_landmark_comes_first():

@@ -152,7 +152,7 @@ def fly_on(S, R, p, k, holes):
             break
         q = np.int64(p + d_row * N.cols + d_col)
         if not S.clear[q] and not is_hole(holes, S.cells[q].mark):
-            return q, end
+            return np.int64(-1) if S.cells[q].outside else q, end
         end = q
         R.square[bit_of(S, p, q)] |= IN_LINE | SEEN
     return np.int64(-1), end

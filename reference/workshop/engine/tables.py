@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from reference.building import Kind
 from reference.navigation import Navigation, navigation_of
 from reference.rays import Sight
 from reference.workshop.engine.keeping import kept_with
@@ -29,7 +30,7 @@ def record_kind(**kinds: str) -> np.dtype:
 
 CELL = record_kind(
     x="f8", y="f8", to_landmarks="f8", down="i4", right="i4", mark="i4", area="i4",
-    patch="i4", row="i4", walkable="u1",
+    patch="i4", row="i4", walkable="u1", outside="u1",
 )  # fmt: skip
 MARK = record_kind(
     x="f8", y="f8", width="f8", floor="i4", kind="i4", stairwell="i4", leads_out="i4"
@@ -87,6 +88,7 @@ class Tables:
         cells["patch"] = sight.patches
         cells["row"] = -1
         cells["walkable"] = nav.walkable
+        cells["outside"] = building.kind.ravel() == Kind.OUTSIDE
 
         marks = np.zeros(len(building.landmarks), MARK)
         after = np.zeros((len(marks), nav.floor_size), np.int32)
