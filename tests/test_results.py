@@ -265,6 +265,16 @@ WORTH = [
 """Decisions drawn by lot, as `what_a_decision_is_worth.py` has measured them."""
 
 
+def lines_of_by_age() -> list[str]:
+    """What both sides of a league learned, from its first tenth and its middle on."""
+    kept = ROOT / "tutorials" / "tables" / "by_age.json"
+    learned = json.loads(kept.read_text(encoding="utf-8"))["learned"]
+    return [
+        row(what, [against, points.replace("-", "−")])
+        for what, against, points in learned
+    ]
+
+
 def lines_of_from_nothing() -> list[str]:
     """Survivors after so many decisions, and of guides; at last less `escort`."""
     kept = ROOT / "tutorials" / "tables" / "from_nothing.json"
@@ -399,6 +409,7 @@ FIRES_ANYWHERE = ("random", "busiest")
         (lines_of_buildings, 4),
         (lines_of_tenths, 14),
         (lines_of_league, 13),
+        (lines_of_by_age, 6),
         (lines_of_from_nothing, 12),
         (lines_of_worth, 10),
         (partial(lines_of_any_map, "any_map"), 7),
@@ -408,6 +419,7 @@ FIRES_ANYWHERE = ("random", "busiest")
         "buildings",
         "tenths",
         "league",
+        "by age",
         "from nothing",
         "worth",
         "any map",

@@ -1,6 +1,6 @@
 """An arms race by age: robots of each tenth of a training meet fires of each tenth.
 
-    python tutorials/experiments/by_age.py out/league --episodes 30
+    python tutorials/experiments/by_age.py out/league
 
 Above the diagonal robots meet fires of their future, below it those of their past. Runs
 are kept in DIR/by_age: what was played there is not played again. Beside them three
@@ -12,13 +12,17 @@ from argparse import ArgumentParser
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from reference import animate
 from reference.paper import InputError
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing import begin_evaluation, cells, play_evaluation
-from reference.workshop.comparing.results import table
+from reference.workshop.comparing.intervals import format_interval, interval_of_mean
+from reference.workshop.comparing.results import align_columns, cell_as_json, table
 from reference.workshop.drawing import crossplay, save
+from reference.workshop.storage.files import write_json
 from reference.workshop.storage.workers import workers
 from reference.workshop.training.checkpoints import checkpoints_in, load_checkpoint
 
@@ -48,6 +52,34 @@ def ages(folder, tenths):
     return found
 
 
+def what_was_learned(results, found):
+    """Compare the end with the first age and the middle one, on the same evacuations.
+
+    Returns rows: what is compared, against whom, points with their interval.
+    """
+    saved = {}
+    for run in results:
+        saved.setdefault((run.robots, run.fire), []).append(100 * run.survival)
+    saved = {match: np.array(shares) for match, shares in saved.items()}
+    names = list(found)
+    end = names[-1]
+    rows = []
+    for age in (names[0], names[(len(names) - 1) // 2]):
+        robots = saved[end, end] - saved[age, end]
+        what = f"robots of the end less those of {found[age]}"
+        rows.append([what, "the last fire", points(robots)])
+        for who in (age, end):
+            harm = saved[who, age] - saved[who, end]
+            what = f"harm of the last fire less that of {found[age]}"
+            rows.append([what, f"robots of {found[who]}", points(harm)])
+    return rows
+
+
+def points(less):
+    """A mean over evacuations, with its interval."""
+    return format_interval(interval_of_mean(less), 1, ends=True)
+
+
 def main():
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("training", type=Path, help="the folder of a league")
@@ -71,9 +103,13 @@ def main():
     print(table(matches, ["survival"]))
     words = "ages in shares of the training; means over runs, 95 % bootstrap intervals"
     print(save(crossplay.matrix(matches, words), folder / "by_age.png"))
+    learned = what_was_learned(results, found)
+    print(align_columns([["points", "against", ""], *learned], "<<>"))
+    listed = [cell_as_json(cell) for cell in matches]
+    write_json(folder / "by_age.json", {"cells": listed, "learned": learned})
 
     # The film shows the youngest, the middle and the oldest age.
-    three = [names[0], names[len(names) // 2], names[-1]]
+    three = [names[0], names[(len(names) - 1) // 2], names[-1]]
     runs = evaluation.simulations([(name, name, asked.seed) for name in three])
     headings = [f"robots at {found[name]}\nand the fire of that age" for name in three]
     animate(runs, folder / "by_age.html", headings)
