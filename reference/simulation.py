@@ -48,8 +48,8 @@ from reference.world import (
 class Outcome:
     """Result of a run so far; mean_health: of those who got out, nan for nobody.
 
-    reward and person_seconds are of this run alone, if it went on in a world from
-    another, people of both.
+    In a world that was given, reward and person_seconds count from where this run
+    began; people count from the beginning of the world.
     """
 
     people: int

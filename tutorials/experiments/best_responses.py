@@ -5,11 +5,11 @@
 
 A best response begins from nothing and learns against robots that learn no more, with
 the settings of all arms, for as many decisions as the least that is asked of a fire in
-a league, 20,000.  One is
-made for each finished training, and for `escort`; then robots meet the one made for
-them, on the seeds of the experiment's tests.  Whatever is finished is kept, each
-number of decisions apart; the same command goes on.  A training takes some four minutes
-of a core.
+a league, 20,000.  One is made for each finished training, and for `escort`; then robots
+meet the one made for them, on the seeds of the experiment's tests.
+
+Whatever is finished is kept, each number of decisions apart; the same command goes on.
+A training takes some four minutes of a core.
 """
 
 import sys

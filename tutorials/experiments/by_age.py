@@ -3,8 +3,9 @@
     python tutorials/experiments/by_age.py out/league
 
 Above the diagonal robots meet fires of their future, below it those of their past. Runs
-are kept in DIR/by_age: what was played there is not played again. Beside them three
-ages of robots and fire play the same seed in one film, by_age.html.
+are kept in DIR/by_age: what was played there is not played again. A second table tells
+what both sides learned from the first age and the middle one to the end. Three ages of
+robots and fire play the same seed in one film, by_age.html.
 """
 
 import sys
@@ -104,7 +105,7 @@ def main():
     words = "ages in shares of the training; means over runs, 95 % bootstrap intervals"
     print(save(crossplay.matrix(matches, words), folder / "by_age.png"))
     learned = what_was_learned(results, found)
-    print(align_columns([["points", "against", ""], *learned], "<<>"))
+    print(align_columns([["", "against", "points"], *learned], "<<>"))
     listed = [cell_as_json(cell) for cell in matches]
     write_json(folder / "by_age.json", {"cells": listed, "learned": learned})
 
