@@ -1,6 +1,7 @@
 """Workers: jobs go out, results come back, and nobody stays behind."""
 
 import os
+import pickle
 import signal
 import sys
 import time
@@ -15,6 +16,7 @@ from processes import python
 
 from reference import paper
 from reference.rewards import group_reward
+from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.workers import (
     STOPS,
     InProcess,
@@ -89,6 +91,22 @@ def test_workers_hear_numbers_that_have_changed_here(monkeypatch):
             monkeypatch.setattr(paper, "FIXED_PENALTY", penalty)
             rewards += [reward for _, reward in map_as_done(pool, group_reward, deaths)]
     assert rewards == [-1000, -7]
+
+
+class Pickling(InProcess):
+    """Hands jobs over as another process gets them."""
+
+    def submit(self, fn, /, *given):
+        """Do a job from a pickle."""
+        return super().submit(*pickle.loads(pickle.dumps((fn, *given))))
+
+
+def test_numbers_that_have_not_changed_stay_the_same_objects():
+    """Else the engine digests the whole book anew, 0.2 s for each job."""
+    before = paper_numbers()
+    list(map_as_done(Pickling(), str, ["one"]))
+    after = paper_numbers()
+    assert all(after[name] is number for name, number in before.items())
 
 
 def test_a_stop_ends_a_job_in_this_process():

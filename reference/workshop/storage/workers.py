@@ -163,9 +163,15 @@ def map_as_done(
 def _under_numbers(
     numbers: Mapping[str, Any], work: Callable[[Given], Result], job: Given
 ) -> Result:
-    """Do a job under the paper's numbers of who asks; another process has its own."""
+    """Do a job under the paper's numbers of who asks; another process has its own.
+
+    A number that is the same already stays the object that it is: the engine takes a
+    new one for a changed rule, and digests the whole book anew.
+    """
+    mine = paper_numbers()
     for name, number in numbers.items():
-        setattr(paper, name, number)
+        if repr(mine.get(name)) != repr(number):
+            setattr(paper, name, number)
     return work(job)
 
 
