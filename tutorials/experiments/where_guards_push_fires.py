@@ -108,7 +108,8 @@ def picture(places, points):
         corner = x - 0.5, y - 0.5
         axes.add_patch(Rectangle(corner, 1, 1, ec=page.FAINT, fc=colour))
         ink = "white" if abs(value) > MOST_SHADED / 2 else page.TEXT
-        words = f"{value:+.0f}".replace("-", "−") if place != places[0] else "closer"
+        gain = format_interval((value, value, value), 0, signed=True)
+        words = "closer" if place == places[0] else gain.replace("-", "−")
         axes.annotate(words, (x, y), ha="center", va="center", size=9, color=ink)
     left, low = nav.centres[places].min(axis=0) - 2
     right, high = nav.centres[places].max(axis=0) + 2
