@@ -33,15 +33,19 @@ class Player:
         self.codec = settings.codec(side, building, scenario)
         self.actor = settings.network(Actor)(self.codec.sizes, settings).eval()
 
-    @torch.no_grad()
     def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:
         """Decide at all these moments by one call of the network.
 
         Returns (S, G, A) float64, decisions in metres [C5] [D2], and what to
         record.
         """
-        seen = self.codec.read(moments)
-        grids = self.codec.grids(moments)
+        return self.act_on(self.codec.read(moments), self.codec.grids(moments), moments)
+
+    @torch.no_grad()
+    def act_on(
+        self, seen: np.ndarray, grids: np.ndarray, moments: Sequence[Moment]
+    ) -> tuple[np.ndarray, list[Record]]:
+        """Decide as `act` does; seen, grids: what the codec has read and drawn."""
         policy = self.actor(torch.from_numpy(seen), torch.from_numpy(grids))
         raw = policy.act(_noise(moments, policy))
         log_probs = policy.log_probs(raw).numpy()
@@ -60,7 +64,10 @@ class Player:
 
 
 def _noise(moments: Sequence[Moment], policy: ActionDistribution) -> Tensor | None:
-    """Draw the noise of `act`, (S, G, C + sum n), by each episode's generator."""
+    """Draw the noise of `act`, (S, G, C + sum n), by each episode's generator.
+
+    None, likeliest actions for all, if one has no generator.
+    """
     continuous, *branches = policy.noise_sizes()
     rows = []
     for moment in moments:

@@ -72,10 +72,12 @@ class _Teacher(Player):
         what the teacher decided, as actions of the pupil's head.
         """
         wanted = [self._decided(moment) for moment in moments]
-        records = [self._recorded(m, w) for m, w in zip(moments, wanted, strict=True)]
+        seen = self.codec.read(moments)
+        grids = self.codec.grids(moments)
+        records = list(map(self._recorded, moments, wanted, seen, grids))
         if self.pupil is None:
             return np.stack(wanted), records
-        done, _ = self.pupil.act(moments)
+        done, _ = self.pupil.act_on(seen, grids, moments)
         return done, records
 
     def _decided(self, moment: Moment) -> np.ndarray:
@@ -97,15 +99,15 @@ class _Teacher(Player):
                 metres[k] = in_body(building, np.array(target))
         return metres
 
-    def _recorded(self, moment: Moment, wanted: np.ndarray) -> Record:
+    def _recorded(
+        self, moment: Moment, wanted: np.ndarray, seen: np.ndarray, grid: np.ndarray
+    ) -> Record:
         """Record actions as the head's, with log_probs of 0.
 
         A robot that keeps its destination counts as choosing it again, or its own place
         if it has none. What the head cannot express is left out, `alive` False: for a
         mixture what is near no anchor, for a Gaussian to keep a destination.
         """
-        (seen,) = self.codec.read([moment])
-        (grid,) = self.codec.grids([moment])
         kept = np.isnan(wanted).any(axis=1)
         building = self.codec.building
         old = from_normalised(building, robot_destinations(moment.world).astype(float))
@@ -141,7 +143,7 @@ def clone(
     """Fit the learner's actor to demonstrations; return each epoch's mean loss.
 
     The loss is the negative log-likelihood of what the teacher did. The normalisers
-    see the demonstrations first.
+    see the demonstrations first, those of earlier rounds again.
     """
     learner.update_normalisers(demonstrations)
     taught = _taught(learner, demonstrations)
