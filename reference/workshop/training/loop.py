@@ -150,16 +150,12 @@ def _play_in_family(job: Job) -> tuple[list[Episode], float, float]:
 
 
 def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:
-    """Write a checkpoint; each side keeps its newest `keep_checkpoints` [E1] [E2].
+    """Write a checkpoint; delete those that no side keeps.
 
     due: the sides that keep it. No side keeps what a stop leaves: it is deleted when
     the next one is written.
     """
-    for side in due:
-        most = training.learners[side].settings.keep_checkpoints
-        # Without repeats: at the end the last round may be kept already.
-        rounds = dict.fromkeys([*training.kept[side], training.round])
-        training.kept[side] = tuple(rounds)[-most:]
+    training.keep(due)
     return keep_checkpoint(
         training.checkpoint(), folder, chain(*training.kept.values())
     )

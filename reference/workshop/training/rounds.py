@@ -4,7 +4,7 @@ Robots and fire play the same episodes and learn from them [E6], both at once, o
 them against somebody who does not learn.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import chain
 from statistics import mean
@@ -71,7 +71,7 @@ class Progress:
 
 
 class Training:
-    """Learners and their progress, which only `learn` changes.
+    """Learners and their progress, which only `learn` and `keep` change.
 
     round      how many rounds are over
     episodes   how many episodes were learned from
@@ -173,7 +173,9 @@ class Training:
         weights = players["robots"].weights if asked else {}
         teacher = str(self.task.imitate)
         players["robots"] = Demonstration(settings.robots, weights, teacher)
-        jobs = self._jobs_with(players, seeds)
+        jobs = [
+            replace(job, record=("robots",)) for job in self._jobs_with(players, seeds)
+        ]
         return self._in_family(jobs, DEMONSTRATIONS, asked * len(jobs))
 
     def _jobs_with(self, players: dict[Side, Any], seeds: Sequence[int]) -> list[Job]:
@@ -386,6 +388,16 @@ class Training:
         return people - self.latest["evacuated"] - self.latest["died"]
 
     # -- Checkpoints ----------------------------------------------------------------
+
+    def keep(self, sides: Iterable[Side]) -> None:
+        """Let sides keep this round's checkpoint: each its newest `keep_checkpoints`.
+
+        [E1] [E2] Without repeats: at the end a side may keep the last round already.
+        """
+        for side in sides:
+            most = self.learners[side].settings.keep_checkpoints
+            rounds = dict.fromkeys([*self.kept[side], self.round])
+            self.kept[side] = tuple(rounds)[-most:]
 
     def checkpoint(self) -> Checkpoint:
         """Collect everything that is needed to resume."""
