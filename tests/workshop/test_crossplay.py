@@ -5,6 +5,7 @@ import shutil
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,9 +26,13 @@ from reference.workshop.comparing import (
     runs,
     table,
 )
-from reference.workshop.comparing.intervals import interval_of_mean
+from reference.workshop.comparing.intervals import Interval, interval_of_mean
 from reference.workshop.comparing.matches import notes
-from reference.workshop.comparing.results import baseline_of, evaluation_as_json
+from reference.workshop.comparing.results import (
+    baseline_of,
+    evaluation_as_json,
+    mean_and_interval,
+)
 from reference.workshop.maps import find_map, load
 from reference.workshop.storage import progress
 from reference.workshop.storage.workers import InProcess, one_thread, workers
@@ -328,6 +333,14 @@ def test_the_table_is_aligned_and_says_what_is_missing():
     assert len({len(line) for line in (first, *lines)}) == 1
     assert note.startswith("-: nobody got out")
     assert "nobody" not in table(cells([result()], paper_ruler()))
+
+
+def test_what_rounds_to_nothing_has_no_sign():
+    """Neither in points nor in health points."""
+    least = Interval(-0.0004, -0.0002, 0.01)
+    cell = SimpleNamespace(gain=least, reward=least, n=2)
+    assert mean_and_interval(cell, "gain") == ("0.0", "[0.0, 1.0]")
+    assert mean_and_interval(cell, "reward") == ("0", "[0, 0]")
 
 
 # -- Refusals -----------------------------------------------------------------------

@@ -287,7 +287,7 @@ def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
         return "-", ""
     times = 100 if name in ("survival", "gain") else 1
     digits = DIGITS_SHOWN.get(name, 0)
-    mean, low, high = (f"{times * value:,.{digits}f}" for value in interval)
+    mean, low, high = (f"{times * value:z,.{digits}f}" for value in interval)
     return mean, f"[{low}, {high}]" if cell.n > 1 else ""
 
 
