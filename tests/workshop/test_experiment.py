@@ -116,6 +116,14 @@ def test_an_arm_may_learn_under_another_scenario_than_the_tests():
     assert experiment.arena.scenario.sight_range == Scenario().sight_range
 
 
+def test_settings_of_all_arms_may_be_for_some_of_them():
+    """Fires that stand in for one that learns serve the arms in which one learns."""
+    arms = {"learning": {}, "random_fire": {"fire": "random"}}
+    experiment = small(arms=arms, settings={"random_fires": 0.25})
+    assert experiment.arm("learning")[0].random_fires == 0.25
+    assert experiment.arm("random_fire")[1] == ("random",)
+
+
 def test_trainings_of_one_seed_come_before_those_of_the_next():
     """So what an interrupted experiment has made compares all arms."""
     names = [*small(seeds=[3, 4]).trainings]

@@ -14,7 +14,7 @@ What stands in such a file:
     fire = "random"               # by name, or ["random", "busiest"] in turn; left out:
                                   # a fire that learns
     [arms.adversary]              # further rows differ in this arm
-    random_fires = 0.25           # share of rollout jobs with random fire
+    random_fires = 0.25           # share of jobs in which a scripted fire stands in
     robots.gamma = 0.98
     scenario.sight_range = 8.0    # it learns under this; tests are as in [settings]
     [test]
@@ -194,7 +194,7 @@ class Experiment:
                     f"{arm}: fire names nobody: leave it out for a fire that learns"
                 )
             _refuse_unknown(f"{arm}: fire", fires, FIXED_FIRES)
-            if "random_fires" in {**rows, **self.settings}:
+            if "random_fires" in rows:
                 raise SettingsError(f"{arm}: random_fires needs a fire that learns")
         return with_rows(self.base, rows, arm), fires
 
