@@ -94,8 +94,8 @@ def decisions_of(t: Trajectory) -> Decisions:
 def segments(alive: np.ndarray, horizon: int) -> Iterator[tuple[int, int, list[int]]]:
     """Cut each agent's decisions into segments [E3, agent_processor.py].
 
-    alive: (T + 1, G), True from an agent's first decision to its last. Yields where a
-    segment starts and stops, at most `horizon` later, and all agents that share it.
+    alive: (T + 1, G), True from row 0 to an agent's last decision, or never. Yields
+    where a segment starts and stops, at most `horizon` later, and who share it.
     """
     lives = alive[:-1].sum(axis=0)
     for start in range(0, int(lives.max(initial=0)), horizon):

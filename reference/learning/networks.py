@@ -3,7 +3,7 @@
 What ML-Agents 0.29.0 builds from Tables I and II [E1] [E2]. The image that a group's
 agents share is encoded once [E3, chosen]; other differences stand at the end of `ppo`.
 
-    B    group decisions in a batch;  G  agents of the group;  V  numbers an agent sees
+    B    group decisions in a batch;  G  agents of the group;  V  numbers it reads
     C    continuous components of an action;  D  discrete branches;  K = C + D
     H    hidden units
 """

@@ -62,7 +62,7 @@ def test_one_way_out_at_least_is_the_cheapest(name):
     """It costs what the cheapest way does; and no other does."""
     for sim in evacuations(name):
         view = view_of(sim)
-        cheapest = view._reckoned(np.zeros(view.allowed.shape))[4].astype(bool)
+        cheapest = view._guide_columns(np.zeros(view.allowed.shape))[4].astype(bool)
         for b, robot in enumerate(sim.world.robots):
             if robot.active:
                 assert cheapest[b].any()

@@ -160,7 +160,10 @@ class RobotView:
         self._find_anchors(to_spot)
 
     def _sort_people(self, places: np.ndarray) -> None:
-        """Sort people: lost ones, mine, my mates', others; the nearest first [C4]."""
+        """Sort people: lost ones, mine, my mates', others; the nearest first [C4].
+
+        places: (B, n + R + F + 1 + m), of points, where one is headed, and marks
+        """
         place = places[:, self.people]
         inside = self.there[:, self.people]
         walking = inside & ~self.map.stairs[place]
@@ -205,7 +208,10 @@ class RobotView:
         return np.lexsort((key, np.broadcast_to(kind, key.shape)), axis=1)
 
     def _find_anchors(self, to_spot: np.ndarray) -> None:
-        """List anchors: keep, stay, ways out, feet, rims, nearest lost people [C5]."""
+        """List anchors: keep, stay, ways out, feet, rims, nearest lost people [C5].
+
+        to_spot: (B, 1) metres to where each is headed
+        """
         first, lost = self._people_at_anchors()
         each = np.arange(len(first))[:, None]
         people = np.where(lost[..., None], self.points[each, first, :2], np.nan)

@@ -59,9 +59,9 @@ class CostsNow:
     def to_places(
         self, world: int, start: int, goals: np.ndarray, calm: np.ndarray
     ) -> np.ndarray:
-        """Measure metres to goals of the same floor, round flames, as robots walk.
+        """Measure metres to goals (K,) of the same floor, round flames, as robots walk.
 
-        calm: the same without flames
+        calm: (K,) the same without flames
         """
         flames = self.flames[world]
         if flames is None or not flames.burning[start // self.nav.floor_size].any():

@@ -119,7 +119,9 @@ class SetView(RobotView):
         walks = self.inside & ~self.map.stairs[self.stands]
         self.here = walks & (self.humans[..., 2] == self.floor[:, None])
         self._find_mates()
-        self._reckon(CostsNow(building, self.ways.marks, self.ways.by_mark, flames))
+        self._measure_ways(
+            CostsNow(building, self.ways.marks, self.ways.by_mark, flames)
+        )
 
     def _sort_people(self, places: np.ndarray) -> None:
         """As `RobotView`; who seems to lead nobody counts whom it may lead as its."""
@@ -142,7 +144,8 @@ class SetView(RobotView):
     def _people_at_anchors(self) -> tuple[np.ndarray, np.ndarray]:
         """The nearest lost, the nearest that is APART from that one, and so on.
 
-        So a group takes few anchors, and the next group has some, too.
+        So a group takes few anchors, and the next group has some, too. Returns
+        (B, GROUPS) numbers of people, and (B, GROUPS) bool: is there one?
         """
         each = np.arange(len(self.lost))
         if not self.lost.shape[1]:
@@ -160,7 +163,7 @@ class SetView(RobotView):
             left = np.where(off < APART, np.inf, left)
         return np.stack(chosen, axis=1), np.stack(found, axis=1)
 
-    def _reckon(self, costs: CostsNow) -> None:
+    def _measure_ways(self, costs: CostsNow) -> None:
         """Reckon metres (B, K): to anchors, on from there, and outside by them.
 
         By a way out one gets outside through it; else by whichever is cheapest.
@@ -266,7 +269,7 @@ class SetView(RobotView):
             *all_mates,
             *mates_before,
             self._at(self.spot[:, None]),
-            *self._reckoned(lost),
+            *self._guide_columns(lost),
             self.allowed,
             real,
         ]
@@ -274,7 +277,7 @@ class SetView(RobotView):
         parts = [kinds, of_map, self.anchors, rest]
         return np.concatenate(parts, axis=-1) * real[..., None]
 
-    def _reckoned(self, lost: np.ndarray) -> list[np.ndarray]:
+    def _guide_columns(self, lost: np.ndarray) -> list[np.ndarray]:
         """(B, K) each: what a guide would weigh; lost (B, K): people in groups."""
         extra = self.total - self.outside[:, None]
         outs = self.total[:, WAIT + 1 :][:, self.outs]

@@ -294,9 +294,8 @@ class MixtureOfFire(PolicyCodec):
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, 1, V) float32: anchors, which may be chosen, what the paper's reads."""
         vectors = np.stack([moment.vectors for moment in moments])
-        sources = self.layout.block_of(vectors, "fires")[
-            ..., None, :, :
-        ]  # (S, 1, 1, F, 3)
+        fires = self.layout.block_of(vectors, "fires")  # (S, 1, F, 3)
+        sources = fires[:, :, None]  # (S, 1, 1, F, 3)
         off = self.anchors[:, None, 1:] * UNIT - sources[..., :2]
         near = lengths(off) < LIT
         lit = (near & (sources[..., 2] == self.anchors[:, None, 0])).any(axis=-1)

@@ -111,9 +111,10 @@ def known_map_of(building: Building) -> KnownMap:
 
 
 def metres_between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Measure metres on foot from places p to q, broadcast; inf between floors.
+    """Measure metres on foot from places p to q, whose shapes broadcast.
 
-    They come from a table; a row is computed when it is first asked for.
+    float32, inf between floors. They come from a table; a row is computed when it is
+    first asked for.
     """
     table = _table(nav)
     row = table.rows(p)
