@@ -142,7 +142,7 @@ def claims() -> list[tuple[str, str]]:
         (
             "README",
             f"under `fixed` it saves {guarding:.1f} points more "
-            "than `escort`. Its copies, which ship as `learned`, save "
+            "than `escort`. Its copy, which ships as `learned`, saves "
             f"{figure('learned', 'fixed', 'gain'):.1f} more there and "
             f"{figure('learned', 'busiest', 'gain'):.1f} more under `busiest`, but "
             f"{-figure('learned', 'closer', 'gain'):.1f} less under `closer`.",

@@ -57,8 +57,8 @@ for training in (True, False):
 # Flames take a random time from a cell to its neighbour. These times are drawn once. A
 # cell begins to burn when the quickest path from a source arrives [D7]. This is called
 # first-passage percolation (Hammersley and Welsh 1965). Dijkstra's algorithm finds the
-# times. Each cell burns for 40 s and is ash then; a border that takes longer to cross
-# carries no flames.
+# times. Each cell burns for 40 s and is ash then. Where crossing takes longer, the cell
+# has burnt out before, and flames stop.
 
 graphs = {}  # seconds: the graph of rooms by then
 while night.world.time < 300:
@@ -103,9 +103,12 @@ for event in night.events:
 # %% The picture
 # Red cells burn first, yellow ones last. The white floor in front of the exit never
 # burns: it is protected [D7]. More than two thirds of the rest has not burnt within
-# these five minutes. The door between `modern` and `asia` (8) is still blue: flames
-# have only come beside it. Of the door between `baroque` and `gothic` (7) half has
-# burnt.
+# these five minutes.
+#
+# In the graph a door is gone for good once flames come beside it. On the map its cells
+# may catch fire later, or never. The door between `modern` and `asia` (8) left the
+# graph after 61 s, but never burned: it is blue. Of the door between `baroque` and
+# `gothic` (7) half has burnt. Tutorial 2's picture has the doors' numbers.
 
 figure = drawing.top(museum)
 axes = figure.axes[0]

@@ -126,6 +126,14 @@ for robot in simulation.world.robots[:2]:
 # health left: of the nine who die in this evacuation seven die then, on this floor.
 # Health falls all the time [B7], so waiting for others costs lives.
 
+# %% Your guide on the command line
+# Copy the class, and the imports and names that it needs, to a file mine.py:
+#
+#     python -m reference evaluate --robots none escort mine:Shepherd --fire random
+#
+# `python -m pydoc reference.world` tells what a guide may look at,
+# `python -m pydoc reference.workshop.strategies.own` the rules for code of one's own.
+
 # %% Exercise
 # How many followers should a shepherd wait for? Try 1, 2, 3 and 5. Then let those
 # who wait for one or two choose what is nearest on foot, instead of through walls and

@@ -118,9 +118,10 @@ print(f"{loss.item():.4f}")
 print([[round(x, 3) + 0.0 for x in row] for row in rho.grad.tolist()])
 #> [[0.0, -0.25], [0.0, 0.125]]
 
-# By hand: the mean of 1.2, 1.0, -0.4 and -0.55, with the other sign. The critic's
-# losses are squares. The value's is not clipped, the baseline's is: this one has moved
-# from 2 to 2.5 on its way to 3, but only 2.2 counts.
+# By hand: the mean of 1.2, 1.0, -0.4 and -0.55, with the other sign.
+#
+# The critic's losses are squares. The value's is not clipped: (3 - 2.5)² = 0.25. The
+# baseline's is: by one update it may move by 0.2 from 2, so (3 - 2.2)² = 0.64 counts.
 
 now = tensor([2.5])
 before = tensor([2.0])
@@ -230,9 +231,9 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 
 # For PPO, and without posthumous credit, going is worth nothing to A. So it waits.
 #
-# The robots that ship are a copy of `guard`, and learned nothing after it; RESULTS.md
-# tells why. Watch one stand in the way of a fire, in a page for a browser (`.gif` and
-# `.mp4` work as well):
+# The robots that ship for the paper's building are a copy of `guard`, and learned
+# nothing after it; RESULTS.md tells why. Watch one stand in the way of a fire, in a
+# page for a browser (`.gif` and `.mp4` work as well):
 #
 #     python -m reference evacuate --robots learned --fire fixed --animate learned.html
 

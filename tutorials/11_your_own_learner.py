@@ -107,8 +107,8 @@ after = tested()
 # %% What was learned
 # Rewards are shares of the health that all have at first. Rounding differs between
 # machines, torch's own kernels by processor too, so what was learned is not printed.
-# When this was written it earned 1.7, with seeds 1 and 2 it earned 2.1. Robots that
-# nobody trained call people into the middle of the building; these lead them out.
+# It earns 1.7 to 2.1, by machine and seed. Robots that nobody trained call people into
+# the middle of the building; these lead them out.
 
 print("more than before training:", after > before + 0.3)
 #> more than before training: True

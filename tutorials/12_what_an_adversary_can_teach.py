@@ -77,9 +77,10 @@ drawing.draw(watched, "out/12_guard.png")
 
 # %% What it costs elsewhere
 # Under other fires the robot that stands guard is a robot that does not lead. So
-# `guard` gives up once another fire shows itself: one that is lit elsewhere though
-# nobody stood in its way, or beside the guard, since it looks. Of eight evacuations
-# most differences are luck; RESULTS.md has two hundred.
+# `guard` gives up when it sees that the fire is not `fixed`: when a source appears
+# elsewhere though nobody stood in the way, or right beside the guard, which only a fire
+# that looks does. Of eight evacuations most differences are luck; RESULTS.md has two
+# hundred.
 
 for fire in ("none", "random", "busiest"):
     by_observer = saved(played(Observer, FIRES[fire]))
@@ -116,9 +117,10 @@ print("survivors of `busiest`:", saved(busy), " of its sequence:", saved(blind))
 
 # A fire is adaptive only if it does more harm than its own most frequent sequence. Then
 # no guard can wait for it, and robots have to learn something else than a place.
-# Here the sequence is read from the evacuations that it is tested on, ends where the
-# first of them ended, and its last places are hardly anybody's habit. In 48 other
-# evacuations it leaves four points more alive than `busiest`: that may be luck.
+# Three things are unfair here. The sequence is tested on the evacuations that it was
+# read from. It is as short as the shortest of them. Its last places were chosen once or
+# twice in eight. In 48 other evacuations it leaves four points more alive than
+# `busiest`: that may be luck.
 # `tutorials/experiments/is_it_adaptive.py` asks it of any fire, from other evacuations.
 #
 # So there is something to teach: whoever knows the attack saves more under it.

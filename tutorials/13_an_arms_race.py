@@ -186,9 +186,9 @@ for title, saved, colour in ACTS:
     start += len(saved)
     race.axvline(start - 0.5, color="#cccccc", lw=1)
 race.set(xlabel="rounds of 24 evenings", xticks=range(0, start, 2))
-race.set(ylabel="people out, of 12", ylim=(9, 12.6))
+race.set(ylabel="people out, of 12", ylim=(min(9, *first, *second, *third) - 0.2, 12.6))
 race.set_title("The race", loc="left")
-matrix.imshow(met, cmap="Blues", vmin=9, vmax=13)
+matrix.imshow(met, cmap="Blues", vmin=min(9, met.min()), vmax=13)
 for (row, column), people in np.ndenumerate(met):
     matrix.text(column, row, f"{people:.1f}", ha="center", va="center")
 matrix.set(xticks=(0, 1), xticklabels=("of act 1", "of act 3"), xlabel="fire")
@@ -206,7 +206,7 @@ print(drawing.save(figure, "out/13_arms_race.png"))
 #
 # With seeds 0, 1 and 2 too robots learn to be in the mouth, and save more against the
 # first fire. The fire is less certain: that of seed 1 does not find the mouth in act
-# one, that of seed 2 does not leave it in act three.
+# one, that of seed 2 hardly leaves it in act three (87 instead of 91 % of its choices).
 #
 # In the paper's building there are forty people, six robots and eight fires, and the
 # noise of all of them hides what one decision is worth. RESULTS.md has what came out.

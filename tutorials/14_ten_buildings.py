@@ -102,9 +102,9 @@ for name, survival in (("alone", alone), ("escort", guided)):
 #> alone   with exits +0.60, with h -0.15
 #> escort  with exits +0.39, with h -0.36
 
-# Survivors go with exits more than with h. But of two orders of ten that have nothing
-# to do with each other, one pair in twenty is as alike as 0.65, or as unlike. So ten
-# buildings ask a question here and do not answer it. The exercise does, by experiment.
+# Survivors go with exits more than with h. But with ten buildings chance alone gives a
+# correlation beyond ±0.65 once in twenty times, so +0.60 proves nothing. Ten buildings
+# ask a question here and do not answer it. The exercise does, by experiment.
 
 # %% The picture
 

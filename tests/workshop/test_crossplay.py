@@ -272,8 +272,8 @@ def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
         None,
     ]
     first, line, *_ = table(found).splitlines()
-    assert "less baseline's" in first
-    assert "37.5 [25.0, 50.0]" in line
+    assert "over baseline" in first
+    assert "+37.5 [+25.0, +50.0]" in line
     assert "baseline" not in table(cells(ours, paper_ruler()))
 
 
@@ -339,7 +339,7 @@ def test_what_rounds_to_nothing_has_no_sign():
     """Neither in points nor in health points."""
     least = Interval(-0.0004, -0.0002, 0.01)
     cell = SimpleNamespace(gain=least, reward=least, n=2)
-    assert mean_and_interval(cell, "gain") == ("0.0", "[0.0, 1.0]")
+    assert mean_and_interval(cell, "gain") == ("0.0", "[0.0, +1.0]")
     assert mean_and_interval(cell, "reward") == ("0", "[0, 0]")
 
 

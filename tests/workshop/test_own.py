@@ -752,6 +752,7 @@ def test_code_that_changes_while_it_is_played_is_refused(mine):
     [
         ("evacuate --robots plain", "write plain:Guide\n"),
         ("evacuate --robots plain.py", "write plain:Guide\n"),
+        ("evacuate --robots ./plain.py", "to mine.py there, and write mine:Guide\n"),
         ("evaluate --fire plain", "write plain:Spark\n"),
         ("evaluate --robots heir", "write heir:Pupil\n"),
         ("evaluate --fire empty", "write empty:NAME\n"),

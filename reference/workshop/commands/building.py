@@ -240,7 +240,10 @@ def _size(text: str) -> tuple[int, int]:
     )
 
 
-SIZE_HELP = "of a new building's main body, in metres with its walls; default: 40x40"
+SIZE_HELP = (
+    "of a new building's main body, in metres with its walls; stairwells stick out of "
+    "it; default: 40x40"
+)
 
 
 @options.command(

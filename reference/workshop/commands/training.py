@@ -169,7 +169,10 @@ def _begin_or_resume(arguments: Namespace) -> Any:
     options.folder("runs", "folders of trainings", nargs="+"),
     options.output("-o --output", options.PICTURES, "the picture", Path("curves.png")),
     end="  after: python -m reference train --preset tiny --out out/tiny\n\n"
-    "level lines: nobody and escort in the trainings' own task, played for that",
+    "level lines: what nobody and escort reach in the trainings' own task\n"
+    "signal / noise: below 1 an update is mostly luck, at 0 or below it sees nothing\n"
+    "variance explained: 1 is a perfect critic, 0 one as good as a constant\n"
+    "baseline: MA-POCA's, what is expected while one agent's action is not known",
 )
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or compares several."""

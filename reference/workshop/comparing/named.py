@@ -139,6 +139,11 @@ def refuse_unknown(word: str, side: Side, known: Sequence[str]) -> None:
         raise InputError(
             f"code is named by its file and who plays in it: write {module}:{player}"
         )
+    if CODE in known and word != module and exists(word):
+        raise InputError(
+            f"{word}: code is named by a file in the current folder: copy it to "
+            f"mine.py there, and write mine:{class_in(Path(word), side)}"
+        )
     code = CODE in known and is_code(word)
     if not exists(word) and not code:
         raise InputError(

@@ -22,6 +22,7 @@ from reference.evaluation.score import (
 )
 from reference.workshop.comparing.intervals import (
     Interval,
+    format_interval,
     interval_of_mean,
     interval_of_means,
 )
@@ -218,7 +219,7 @@ def ruler_of(
 
 COLUMN_TITLES = {
     "survival": "survivors, %",
-    "gain": "less baseline's",
+    "gain": "over baseline",
     "reward": "reward R",
     "difficulty": "difficulty h",
     "score": "score E",
@@ -280,15 +281,17 @@ def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
     """Format a figure's mean and its interval; "-" if there is none.
 
     A single run has no interval: it tells nothing of how runs scatter. Survival is in
-    percent, the score has two digits.
+    percent, a gain in points with its sign, the score has two digits.
     """
     interval = getattr(cell, name)
     if interval is None:
         return "-", ""
     times = 100 if name in ("survival", "gain") else 1
+    shown = Interval(*(times * value for value in interval))
     digits = DIGITS_SHOWN.get(name, 0)
-    mean, low, high = (f"{times * value:z,.{digits}f}" for value in interval)
-    return mean, f"[{low}, {high}]" if cell.n > 1 else ""
+    words = format_interval(shown, digits, signed=name == "gain", ends=True)
+    mean, ends = words.split(" ", 1)
+    return mean, ends if cell.n > 1 else ""
 
 
 # -- For programs -------------------------------------------------------------------
