@@ -1,5 +1,6 @@
 """Runs in folders: one at a time, and what is told to a second one."""
 
+import ast
 import tracemalloc
 from subprocess import PIPE
 
@@ -129,6 +130,26 @@ def test_a_module_of_a_package_is_looked_for_from_where_the_package_lies(own_cod
     found = digests_of_code("kit.maths", own_code / "kit" / "maths.py")
     assert next(iter(found)) == "kit/maths.py"
     assert {"kit/__init__.py", "mine.py", "random.py", "kit/paces.py"} < {*found}
+
+
+def test_code_that_stays_is_parsed_once(own_code, monkeypatch):
+    """Every run digests it; a module that has changed is parsed anew."""
+    parsed = []
+    parse = ast.parse
+
+    def counted(code, *more, **options):
+        parsed.append(code)
+        return parse(code, *more, **options)
+
+    monkeypatch.setattr(ast, "parse", counted)
+    mine = own_code / "mine.py"
+    before = digests_of_code("mine", mine)
+    parsed.clear()
+    assert digests_of_code("mine", mine) == before
+    assert not parsed
+    mine.write_text("import kit.unused")
+    assert "kit/unused.py" in digests_of_code("mine", mine)
+    assert b"import kit.unused" in parsed
 
 
 @pytest.mark.parametrize(

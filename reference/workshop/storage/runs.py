@@ -7,6 +7,7 @@ with the same options, and with the same files behind the words that it was begu
 import ast
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar
@@ -140,6 +141,7 @@ one needs; of each file a digest."""
 
 CHANGED = " has changed since. Take another folder for it."
 INSTALLED = ("site-packages", "dist-packages")
+MODULES_KEPT = 256  # whose imports were read last
 
 
 def digest_of(content: bytes) -> str:
@@ -189,12 +191,13 @@ def digests_of_code(module: str, file: Path) -> dict[str, str]:
     return {path.relative_to(root).as_posix(): found[path] for path in found}
 
 
-def _imports(name: str, path: Path, content: bytes) -> list[str]:
+@lru_cache(maxsize=MODULES_KEPT)
+def _imports(name: str, path: Path, content: bytes) -> tuple[str, ...]:
     """List the modules that a module's code may import, by their whole names."""
     try:
         tree = ast.parse(content)
     except (SyntaxError, ValueError):  # compiled, perhaps
-        return []
+        return ()
     package = name.split(".")
     if path.name != "__init__.py":
         package = package[:-1]
@@ -207,7 +210,7 @@ def _imports(name: str, path: Path, content: bytes) -> list[str]:
             above = package[: len(package) + 1 - node.level] if node.level else []
             start = ".".join([*above, *filter(None, [node.module])])
             imports += [start, *(f"{start}.{alias.name}" for alias in node.names)]
-    return [name.strip(".") for name in imports if name.strip(".")]
+    return tuple(name.strip(".") for name in imports if name.strip("."))
 
 
 def _files_of(name: str, root: Path) -> list[tuple[str, Path]]:
