@@ -94,6 +94,31 @@ def test_a_folder_that_somebody_else_made_stays(tmp_path):
     assert theirs.is_dir() and not ours.exists()
 
 
+def test_refuses_a_used_folder_before_the_run_starts(tmp_path):
+    """A start may load networks; and again after it, when somebody has come first."""
+    used = tmp_path / "used"
+    used.mkdir()
+    (used / "notes.txt").touch()
+
+    def never():
+        pytest.fail("it started")
+
+    refused = pytest.raises(InputError, match="is not empty")
+    with refused, locked(used, False, never):
+        pass
+    assert [path.name for path in used.iterdir()] == ["notes.txt"]
+
+    new = tmp_path / "new"
+
+    def slow():
+        new.mkdir()
+        (new / "notes.txt").touch()
+
+    refused = pytest.raises(InputError, match="is not empty")
+    with refused, locked(new, False, slow):
+        pytest.fail("it went on")
+
+
 # -- What words mean ----------------------------------------------------------------
 
 MODULES = {

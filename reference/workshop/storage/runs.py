@@ -37,25 +37,38 @@ def locked(
     """Start a run and lock its folder, if any, until the block ends.
 
     A new run's folder is empty or not there yet; if nothing is written, none is left.
-    Raises InputError for another folder, or if another process holds the lock; OSError
-    if the folder cannot be made.
+    Raises InputError for another folder, before the run starts, or if another process
+    holds the lock; OSError if the folder cannot be made.
     """
     if folder is None:
         yield start()
         return
-    if not resume:
-        started = start()  # what it refuses leaves no folder behind
+    if resume:
+        with _lock(folder):
+            yield start()
+        return
+    if folder.exists():  # now, since a start may take long
+        with _lock(folder):
+            refuse_used(folder)
+    started = start()  # what it refuses leaves no folder behind
+    with _lock(folder):
+        refuse_used(folder)  # somebody may have come first
+        yield started
+
+
+@contextmanager
+def _lock(folder: Path) -> Iterator[None]:
+    """Lock a folder until the block ends, or refuse one that is locked.
+
+    The lock ends with the process, too.
+    """
+    path = folder / LOCK_FILE
     try:
-        # the lock ends with the process, too
-        with folder_for_block(folder), FileLock(folder / LOCK_FILE, blocking=False):
+        with folder_for_block(folder), FileLock(path, blocking=False):
             try:
-                if resume:
-                    started = start()
-                else:
-                    refuse_used(folder)
-                yield started
+                yield
             finally:
-                (folder / LOCK_FILE).unlink(missing_ok=True)
+                path.unlink(missing_ok=True)
     except Timeout:
         raise InputError(
             f"{folder}: another run is at work in it. Wait for its end, or name "
