@@ -1,16 +1,16 @@
 """Begin a training by the options of `train`, or resume one from its folder."""
 
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from reference.building import building_of
+from reference.building import Building, building_of
 from reference.fire import lightable
 from reference.learning.players import LearnedNetwork
 from reference.learning.settings import SIDES, Side
-from reference.paper import InputError
+from reference.paper import InputError, Scenario
 from reference.workshop import maps
 from reference.workshop.storage.runs import refuse_numbers, refuse_version
 from reference.workshop.storage.scenarios import kept_fields, with_stated
@@ -40,32 +40,10 @@ def begin_training(asked: Namespace) -> Training:
     names = asked.building or [DEFAULT_BUILDINGS.get(settings.preset, "paper")]
     family = family_of(names, asked.scenario or {})
     building = map_named(names[0]) if family is None else None
-    scenario = settings.scenario
 
-    # who does not learn
-    fixed: dict[Side, tuple[LearnedNetwork | str, ...]] = {}
-    for side in SIDES:
-        words = getattr(asked, side)
-        if side == "fire" and words is None and _never_plays(asked, settings, family):
-            words = list(settings.stand_ins)
-        if words is not None:
-            fixed[side] = tuple(
-                fixed_player(word, side, building, scenario) for word in words
-            )
-
-    # networks to begin with; robots that imitate begin with random ones
-    initial: dict[Side, Any] = {}
-    path = asked.initialize_from
-    if path is not None:
-        taken = set(fixed)
-        if asked.imitate:
-            taken.add("robots")
-        made = checkpoints.load_checkpoint(path)
-        for side in SIDES:
-            if side not in taken and isinstance(made.player(side), LearnedNetwork):
-                initial[side] = fixed_player(path, side, building, scenario)
-        if not initial:
-            raise CheckpointError(f"{path}: nobody learned there who learns here.")
+    fixed = _fixed_players(asked, settings, building, family)
+    initial = _networks_to_begin_with(asked, fixed, building, settings.scenario)
+    if initial:
         settings = _settings(asked, initial)
 
     if building is not None and "fire" not in fixed and not lightable(building).any():
@@ -81,6 +59,56 @@ def begin_training(asked: Namespace) -> Training:
         family=family,
     )
     return Training(task)
+
+
+def _fixed_players(
+    asked: Namespace,
+    settings: Settings,
+    building: Building | None,
+    family: Family | None,
+) -> dict[Side, tuple[LearnedNetwork | str, ...]]:
+    """Find who plays the sides that do not learn, by what was asked for.
+
+    building: None for a family. Raises as `fixed_player` does.
+    """
+    fixed: dict[Side, tuple[LearnedNetwork | str, ...]] = {}
+    for side in SIDES:
+        words = getattr(asked, side)
+        if side == "fire" and words is None and _never_plays(asked, settings, family):
+            words = list(settings.stand_ins)
+        if words is not None:
+            fixed[side] = tuple(
+                fixed_player(word, side, building, settings.scenario) for word in words
+            )
+    return fixed
+
+
+def _networks_to_begin_with(
+    asked: Namespace,
+    fixed: Collection[Side],
+    building: Building | None,
+    scenario: Scenario,
+) -> dict[Side, Any]:
+    """Take the networks of a checkpoint for those who learn there and here.
+
+    Robots that imitate begin with random ones. Raises CheckpointError if nobody learned
+    there who learns here, else as `fixed_player`.
+    """
+    path = asked.initialize_from
+    if path is None:
+        return {}
+    made = checkpoints.load_checkpoint(path)
+    taken = set(fixed)
+    if asked.imitate:
+        taken.add("robots")
+    initial = {
+        side: fixed_player(path, side, building, scenario)
+        for side in SIDES
+        if side not in taken and isinstance(made.player(side), LearnedNetwork)
+    }
+    if not initial:
+        raise CheckpointError(f"{path}: nobody learned there who learns here.")
+    return initial
 
 
 def _never_plays(asked: Namespace, settings: Settings, family: Family | None) -> bool:
