@@ -32,8 +32,9 @@ from reference.workshop.comparing.buildings import (
 from reference.workshop.drawing.curves import read_summaries as read_summaries
 from reference.workshop.storage.files import read_json, write_json
 from reference.workshop.storage.records import record_from
+from reference.workshop.storage.settings import read_yaml_file
 from reference.workshop.storage.workers import InProcess
-from reference.workshop.training.mlagents import read_yaml
+from reference.workshop.training.mlagents import with_trainer_file
 from reference.workshop.training.policies import LearnedRobots
 from reference.workshop.training.presets import preset
 from reference.workshop.training.starting import resume_training as resume_training
@@ -121,6 +122,11 @@ def _evaluation(path: Path) -> None:
         play_evaluation(resume_evaluation(path.parent), path.parent, Stopped())
 
 
+def settings_in(path):
+    """What a trainer file makes of preset tiny."""
+    return with_trainer_file(preset("tiny"), read_yaml_file(path), path)
+
+
 OURS = {
     "reference": {
         "Robot": {"head": "mixture"},
@@ -137,7 +143,7 @@ KINDS = {
         "both",
         cases=50,
     ),
-    "settings": Kind("settings.yaml", lambda p: read_yaml(p, preset("tiny")), cases=50),
+    "settings": Kind("settings.yaml", settings_in, cases=50),
     "summaries.csv": Kind("run/summaries.csv", read_summaries),
     "checkpoint played": Kind("run/checkpoint-000002.pt", LearnedRobots, cases=50),
     "checkpoint resumed": Kind(

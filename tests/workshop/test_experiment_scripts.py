@@ -15,13 +15,14 @@ from reference.__main__ import main
 from reference.paper import InputError
 from reference.workshop.comparing.design import Experiment
 from reference.workshop.storage.files import read_json
+from reference.workshop.storage.settings import read_yaml_file
 from reference.workshop.training.checkpoints import (
     Task,
     load_checkpoint,
     save_checkpoint,
 )
 from reference.workshop.training.families import Family
-from reference.workshop.training.mlagents import read_yaml
+from reference.workshop.training.mlagents import with_trainer_file
 from reference.workshop.training.presets import preset
 from reference.workshop.training.rounds import Training
 
@@ -222,7 +223,7 @@ def test_best_responses_learn_and_play_under_what_the_experiment_states(
     best.main()
     assert [evaluation.arena for evaluation in played] == [experiment.arena] * 2
     written = Path("out/best_responses/7/settings.yaml")
-    learned = read_yaml(written, preset("tiny"))
+    learned, _ = with_trainer_file(preset("tiny"), read_yaml_file(written), written)
     assert learned.scenario.people_per_floor == (2, 1) and learned.scenario.sources == 2
     assert (learned.episodes_per_job, learned.fire.num_epoch) == (1, 2)
     assert (learned.fire.max_steps, learned.fire.buffer_size) == (7, 64)

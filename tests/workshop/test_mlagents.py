@@ -10,7 +10,8 @@ from conftest import ROOT
 
 from reference.paper import TABLE_I
 from reference.workshop.storage.records import SettingsError
-from reference.workshop.training.mlagents import PLACES, read_yaml
+from reference.workshop.storage.settings import read_yaml_file
+from reference.workshop.training.mlagents import PLACES, with_trainer_file
 from reference.workshop.training.presets import preset
 
 yaml = pytest.importorskip("yaml")
@@ -21,14 +22,25 @@ ROBOT = "behaviors:\n  Robot:\n"
 
 
 @pytest.fixture
-def read(tmp_path):
+def read(noted):
     """Reads a text as a trainer file onto preset laptop."""
 
     def read(text):
-        (path := tmp_path / "trainer.yaml").write_text(text)
-        return read_yaml(path, LAPTOP)
+        made, _ = noted(text)
+        return made
 
     return read
+
+
+@pytest.fixture
+def noted(tmp_path):
+    """Reads a text likewise; returns notes, too."""
+
+    def noted(text):
+        (path := tmp_path / "trainer.yaml").write_text(text)
+        return with_trainer_file(LAPTOP, read_yaml_file(path), path)
+
+    return noted
 
 
 @pytest.fixture
@@ -51,7 +63,7 @@ def refusal(read, tmp_path):
 @pytest.mark.paper("E3")
 def test_a_unity_user_can_bring_the_file_of_a_run():
     """Whole, as ML-Agents writes it; what it calls its behaviours does not matter."""
-    settings = read_yaml(UNITY, preset("paper"))
+    settings, _ = with_trainer_file(preset("paper"), read_yaml_file(UNITY), UNITY)
     assert settings.robots == replace(
         preset("paper").robots,
         batch_size=2048,
@@ -76,7 +88,7 @@ def test_a_unity_user_can_bring_the_file_of_a_run():
 def test_the_file_that_ships_changes_the_discount_alone():
     """To the paper's, for robots of preset laptop."""
     file = ROOT / "tutorials" / "experiments" / "discount.yaml"
-    settings = read_yaml(file, LAPTOP)
+    settings, _ = with_trainer_file(LAPTOP, read_yaml_file(file), file)
     robots = LAPTOP.robots
     assert settings == replace(LAPTOP, robots=replace(robots, gamma=TABLE_I["gamma"]))
     assert settings != LAPTOP
@@ -123,16 +135,17 @@ def test_every_row_of_table_i_is_read_from_its_section(read):
         ("Robot", "ppo", "FireNearRobots"),
     ],
 )
-def test_behaviours_are_known_by_name_or_trainer(read, robots, trainer, fire, capsys):
+def test_behaviours_are_known_by_name_or_trainer(noted, robots, trainer, fire):
     """In either order; only a group learns by poca. Who was taken for whom is noted."""
     lines = [
         f"  {robots}: {{trainer_type: {trainer}, max_steps: 11}}",
         f"  {fire}: {{trainer_type: ppo, max_steps: 22}}",
     ]
     for order in (lines, lines[::-1]):
-        settings = read("\n".join(("behaviors:", *order)))
-        noted = capsys.readouterr().err
-        assert (f"'{robots}' is taken for robots" in noted) == (robots != "Robot")
+        settings, notes = noted("\n".join(("behaviors:", *order)))
+        assert (f"'{robots}' is taken for robots" in "".join(notes)) == (
+            robots != "Robot"
+        )
         assert (settings.robots.max_steps, settings.fire.max_steps) == (11, 22)
         assert settings.robots.trainer_type == trainer
 
@@ -294,30 +307,30 @@ def test_refuses_what_would_be_another_training_and_names_the_option(
     )
 
 
-def test_notes_by_their_names_here_what_the_command_line_says(read, capsys):
+def test_notes_by_their_names_here_what_the_command_line_says(noted):
     """It changes no weight, or one sees which; what is switched off is not noted."""
     text = "env_settings: {seed: 7, num_envs: 4}\ncheckpoint_settings: {run_id: one}\n"
-    assert read(text) == LAPTOP
-    noted = capsys.readouterr().err.splitlines()
-    assert [line.split("trainer.yaml: ")[1] for line in noted] == [
+    settings, notes = noted(text)
+    assert settings == LAPTOP
+    assert [note.split("trainer.yaml: ")[1] for note in notes] == [
         "checkpoint_settings.run_id is not read; take --out",
         "env_settings.seed is not read; take --seed",
         "env_settings.num_envs is not read; take --workers",
     ]
-    read("checkpoint_settings: {initialize_from: null, resume: false}\n")
-    assert not capsys.readouterr().err
+    _, notes = noted("checkpoint_settings: {initialize_from: null, resume: false}\n")
+    assert not notes
 
 
-def test_notes_that_the_head_is_another_than_the_presets(read, capsys):
+def test_notes_that_the_head_is_another_than_the_presets(noted):
     """A file of one line would else change the network without a word."""
     line = "behaviors: {Robot: {max_steps: 5}}\n"
-    assert read(line).robots.head == "floor"
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 1 and "robots: head floor" in told[0]
+    settings, (note,) = noted(line)
+    assert settings.robots.head == "floor"
+    assert "robots: head floor" in note
     for head in ("mixture", "floor"):
-        settings = read(f"{line}reference: {{Robot: {{head: {head}}}}}\n")
+        settings, notes = noted(f"{line}reference: {{Robot: {{head: {head}}}}}\n")
         assert settings.robots.head == head
-        assert not capsys.readouterr().err
+        assert not notes
 
 
 @pytest.mark.parametrize(

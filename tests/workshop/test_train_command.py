@@ -169,6 +169,18 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     assert not os.path.exists("x")
 
 
+def test_a_file_of_settings_is_read_once_and_each_note_told_once(once, run, capsys):
+    """Also with a network to begin with."""
+    pytest.importorskip("yaml")
+    Path("mine.yaml").write_text(
+        "default_settings: {hyperparameters: {num_epoch: 2}}\nenv_settings: {seed: 7}"
+    )
+    begin = ("--settings", "mine.yaml", "--initialize-from", run)
+    assert train("--out", "new", "--fire", "random", *begin) == 0
+    assert capsys.readouterr().err.count("env_settings.seed is not read") == 1
+    assert load_checkpoint("new").task.settings.robots.num_epoch == 2
+
+
 @pytest.mark.paper("E3")
 def test_settings_say_of_a_network_to_begin_with_only_what_is_asked(once, capsys):
     """The preset takes its head and size."""

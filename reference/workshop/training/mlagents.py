@@ -25,7 +25,6 @@ What becomes of keys without a counterpart here:
     all others                                       refused, all at once
 """
 
-import sys
 from collections.abc import Iterator, Mapping
 from itertools import accumulate
 from pathlib import Path
@@ -37,7 +36,6 @@ from reference.workshop.storage.records import SettingsError, allowed_values
 from reference.workshop.storage.settings import (
     Section,
     checked_section,
-    read_yaml_file,
     settings_errors_naming,
     twice,
 )
@@ -131,14 +129,15 @@ Rows = dict[str, Stated]
 """Rows that a behaviour states, by the names of `SideSettings`."""
 
 
-def read_yaml(path: Path, base: Settings) -> Settings:
+def with_trainer_file(
+    base: Settings, read: Any, path: Path
+) -> tuple[Settings, list[str]]:
     """Replace in `base` what a trainer file of ML-Agents, or one of ours, states.
 
-    Notes on stderr which behaviour is taken for which side, and which options say what
-    the file cannot. Raises SettingsError, also without PyYAML, and OSError for an
-    unreadable file.
+    read: the file's content, as of `read_yaml_file`; path: the file, for messages
+    Returns notes, too: which behaviour is taken for which side, and which options say
+    what the file cannot. Raises SettingsError.
     """
-    read = read_yaml_file(path)
     with settings_errors_naming(path):
         top = _checked_top(read)
         notes = list(_options_in(top))
@@ -162,9 +161,7 @@ def read_yaml(path: Path, base: Settings) -> Settings:
                 f"{side}: head floor, as ML-Agents has it, not {head}; to keep the "
                 f"preset's: reference: {{{own}: {{head: {head}}}}}, or --head {head}"
             )
-    for note in notes:
-        print(f"note: {path}: {note}", file=sys.stderr)
-    return made
+    return made, [f"{path}: {note}" for note in notes]
 
 
 # -- The top ------------------------------------------------------------------------

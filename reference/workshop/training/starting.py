@@ -1,5 +1,6 @@
 """Begin a training by the options of `train`, or resume one from its folder."""
 
+import sys
 from argparse import Namespace
 from collections.abc import Collection, Mapping
 from dataclasses import replace
@@ -14,10 +15,11 @@ from reference.paper import InputError, Scenario
 from reference.workshop import maps
 from reference.workshop.storage.runs import refuse_numbers, refuse_version
 from reference.workshop.storage.scenarios import kept_fields, with_stated
+from reference.workshop.storage.settings import read_yaml_file
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import CheckpointError, Task
 from reference.workshop.training.families import RANDOM, Family, family_of, map_named
-from reference.workshop.training.mlagents import read_yaml
+from reference.workshop.training.mlagents import with_trainer_file
 from reference.workshop.training.policies import fixed_player
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.rounds import NETWORK_ROWS, Training
@@ -36,7 +38,8 @@ def begin_training(asked: Namespace) -> Training:
     Raises SettingsError, CheckpointError for a side that does not fit, MistakesError
     for the map, OSError for an unreadable file.
     """
-    settings = _settings(asked)
+    read = None if asked.settings is None else read_yaml_file(asked.settings)
+    settings, notes = _settings(asked, read)
     names = asked.building or [DEFAULT_BUILDINGS.get(settings.preset, "paper")]
     family = family_of(names, asked.scenario or {})
     building = map_named(names[0]) if family is None else None
@@ -44,7 +47,9 @@ def begin_training(asked: Namespace) -> Training:
     fixed = _fixed_players(asked, settings, building, family)
     initial = _networks_to_begin_with(asked, fixed, building, settings.scenario)
     if initial:
-        settings = _settings(asked, initial)
+        settings, notes = _settings(asked, read, initial)
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
 
     if building is not None and "fire" not in fixed and not lightable(building).any():
         raise InputError("nothing can burn there. Draw more, or take --fire none.")
@@ -117,18 +122,23 @@ def _never_plays(asked: Namespace, settings: Settings, family: Family | None) ->
 
 
 def _settings(
-    asked: Namespace, initial: Mapping[Side, LearnedNetwork] | None = None
-) -> Settings:
-    """Change a preset by the file and the options. Raises SettingsError.
+    asked: Namespace,
+    read: Any,
+    initial: Mapping[Side, LearnedNetwork] | None = None,
+) -> tuple[Settings, list[str]]:
+    """Change a preset by the file and the options; return notes on the file, too.
 
+    read: the content of the file of settings, if there is one
     initial: networks to begin with; of them the preset takes what their weights mean
+    Raises SettingsError.
     """
+    notes = list[str]()
     made = preset(asked.preset or "laptop")
     for side, who in (initial or {}).items():
         rows = {name: getattr(who.settings, name) for name in NETWORK_ROWS}
         made = replace(made, **{side: replace(getattr(made, side), **rows)})
     if asked.settings is not None:
-        made = read_yaml(asked.settings, made)
+        made, notes = with_trainer_file(made, read, asked.settings)
     robots = replace(
         made.robots,
         trainer_type=asked.trainer or made.robots.trainer_type,
@@ -139,7 +149,7 @@ def _settings(
     if asked.robots == ["none"]:  # none stand there, and the fire observes none
         stated = {"robots_per_floor": 0, **stated}
     scenario = with_stated(made.scenario, stated, "scenario")
-    return replace(made, robots=robots, fire=fire, scenario=scenario)
+    return replace(made, robots=robots, fire=fire, scenario=scenario), notes
 
 
 def resume_training(folder: Path) -> Training:
