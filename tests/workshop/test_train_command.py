@@ -138,6 +138,22 @@ def test_train_takes_a_file_of_settings_and_a_checkpoint_as_opponent(run, capsys
     )
 
 
+def test_refuses_a_side_that_a_network_of_another_training_played(once, run, capsys):
+    """It would play under this training's name; who learned here learns on."""
+    assert train("--out", "new", "--fire", run, "random") == 0
+    assert resumed("new") == 0
+    capsys.readouterr()
+    assert status("evacuate", "--robots", "new", "--fire", "new") == 1
+    told = capsys.readouterr().err
+    assert "nobody learned for the fire there. A network of another" in told
+    assert "name the checkpoint that it is of" in told
+    assert train("--out", "x", "--fire", "new") == 1
+    assert "nobody learned for the fire there" in capsys.readouterr().err
+    assert train("--out", "on", "--initialize-from", "new") == 0
+    assert list(load_checkpoint("on").task.initial) == ["robots"]
+    assert status("evacuate", "--robots", "new", "--fire", run) == 0
+
+
 def test_robots_learn_against_several_fires_in_turn(once, capsys):
     """What is resumed keeps them."""
     fires = "--fire", "random", "busiest"

@@ -107,6 +107,15 @@ class Checkpoint:
             return LearnedNetwork(getattr(self.task.settings, side), weights)
         return self.task.fixed[side][0]
 
+    def learned(self, side: Side) -> LearnedNetwork | None:
+        """The network that a side learned in this training; None if it learned none.
+
+        What ships has no learner any more, and both sides' networks fixed.
+        """
+        who = self.player(side)
+        here = side in self.learners or not self.learners
+        return who if here and isinstance(who, LearnedNetwork) else None
+
 
 def player_names(players: Iterable[LearnedNetwork | str]) -> str:
     """Name players that do not learn: strategies, and networks by their weights."""

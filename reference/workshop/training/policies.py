@@ -64,13 +64,13 @@ class LearnedPolicy(Trained):
         self.scenario = self.task.settings.scenario
         self.numbers = checkpoint.numbers
 
-        who = checkpoint.player(self.side)
         name = "the checkpoint" if source is checkpoint else source
         self.title = ANY_MAP if source == ANYWHERE else str(name)
-        if not isinstance(who, LearnedNetwork):
+        who = checkpoint.learned(self.side)
+        if who is None:
             raise CheckpointError(
-                f"{name}: nobody learned for the {self.side} there. Write "
-                f"--{self.side} {who}, or name another checkpoint."
+                f"{name}: nobody learned for the {self.side} there. "
+                + _instead(checkpoint.player(self.side), self.side)
             )
         self.learned = who
         self.sample = sample
@@ -117,6 +117,13 @@ class LearnedPolicy(Trained):
         with one_thread():  # as when it was trained: sums in one order
             (rows,), _ = self.player.act([moment])
         return [decision_in(row) for row in rows]
+
+
+def _instead(who: LearnedNetwork | str, side: Side) -> str:
+    """Say what to write for a player that a training held fixed."""
+    if isinstance(who, str):
+        return f"Write --{side} {who}, or name another checkpoint."
+    return "A network of another training played: name the checkpoint that it is of."
 
 
 def _read(source: str | Path) -> Checkpoint:

@@ -109,7 +109,7 @@ def _networks_to_begin_with(
     initial = {
         side: fixed_player(path, side, building, scenario)
         for side in SIDES
-        if side not in taken and isinstance(made.player(side), LearnedNetwork)
+        if side not in taken and made.learned(side) is not None
     }
     if not initial:
         raise CheckpointError(f"{path}: nobody learned there who learns here.")
