@@ -10,13 +10,16 @@ import torch
 from movies import shipped
 from trainings import begun, equal, room_for, tiny
 
+from reference import paper
 from reference.fire import RandomFire
 from reference.game.codec import Moment, decision_in
 from reference.game.environment import AgentRobots, until_next_decision
 from reference.learning.rollouts import play
-from reference.paper import InputError
+from reference.paper import InputError, Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
+from reference.workshop.comparing.named import strategy_named
+from reference.workshop.strategies import LEARNED
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import (
     CheckpointError,
@@ -300,6 +303,45 @@ def test_refuses_a_scenario_that_its_network_cannot_read(path, changes, message)
         with pytest.raises(InputError, match=message):
             policy.refuse_elsewhere(OFFICE, other)
         policy.refuse_elsewhere(OFFICE, elsewhere)  # the network reads the same
+
+
+def test_a_policy_is_kept_until_its_file_or_a_number_is_another(tmp_path, monkeypatch):
+    """It remembers nothing; where it plays elsewhere, that is kept, too."""
+    path = tmp_path / "mine.pt"
+    changes = {"head": "set"}
+    settings = tiny(robots=changes, fire=changes)
+    save_checkpoint(begun(settings, seed=1).checkpoint(), path)
+    school = shipped("school")
+
+    def made():
+        policy = strategy_named(str(path), "robots")
+        return policy, policy.playing_in(school, Scenario())
+
+    first, there = made()
+    assert made() == (first, there) and there.building is school
+    assert strategy_named(str(path), "robots", sample=True).sample
+    assert first.playing_in(school, Scenario(people=9)).scenario.people == 9
+
+    second = begun(settings, seed=2).checkpoint()
+    save_checkpoint(second, path)
+    policy, there = made()
+    assert not equal(policy.learned.weights, first.learned.weights)
+    assert equal(there.learned.weights, second.player("robots").weights)
+
+    monkeypatch.setattr(paper, "HEALTH", 50.0)
+    assert not {policy, there} & {*made()}
+
+
+def test_a_policy_of_your_own_class_is_never_kept():
+    """It may remember something."""
+
+    class Mine(LearnedRobots):
+        """Counts."""
+
+    home = Mine(LEARNED)
+    school = shipped("school")
+    one, other = (home.playing_in(school, Scenario()) for _ in range(2))
+    assert one is not other and isinstance(one, Mine)
 
 
 def test_refuses_a_side_that_nobody_learned(tmp_path):

@@ -14,7 +14,7 @@ from reference.paper import InputError, Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.storage.files import refuse_no_file
-from reference.workshop.storage.runs import digest_of
+from reference.workshop.storage.runs import digest_of_file
 from reference.workshop.storage.words import did_you_mean, first_line
 from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SCRIPTS, SHIPPED
 from reference.workshop.strategies.own import (
@@ -83,9 +83,9 @@ def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
         return PLAYERS[side][word]()
     if is_code(word):
         return from_code(word, side)
-    from reference.workshop.training.policies import POLICIES
+    from reference.workshop.training.policies import learned_policy
 
-    return POLICIES[side](word, sample)
+    return learned_policy(word, side, sample)
 
 
 def meaning_of(word: str, building: Building, scenario: Scenario) -> dict[str, str]:
@@ -101,11 +101,11 @@ def meaning_of(word: str, building: Building, scenario: Scenario) -> dict[str, s
         ships = SHIPPED
         if title_of(word, building, scenario) == ANY_MAP:
             ships = ANYWHERE
-        return {ships.name: digest_of(ships.read_bytes())}
+        return {ships.name: digest_of_file(ships)}
     if is_code(word):
         return code_digests(word)
     refuse_no_file(Path(word))
-    return {word: digest_of(Path(word).read_bytes())}
+    return {word: digest_of_file(Path(word))}
 
 
 def strategy_of(given: Any, side: Side, building: Building, scenario: Scenario) -> Any:

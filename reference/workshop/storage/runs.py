@@ -155,11 +155,35 @@ one needs; of each file a digest."""
 CHANGED = " has changed since. Take another folder for it."
 INSTALLED = ("site-packages", "dist-packages")
 MODULES_KEPT = 256  # whose imports were read last
+DIGESTS_KEPT = 256  # of networks' files
 
 
 def digest_of(content: bytes) -> str:
     """Digest the content of a file."""
     return sha256(content).hexdigest()
+
+
+FileState = tuple[Path, int, int]
+"""A file's whole path, the nanosecond of its last change, and its size."""
+
+
+def file_state(path: Path) -> FileState | None:
+    """By what one sees whether a file is as it was; None if there is none."""
+    if not path.is_file():
+        return None
+    file = path.stat()
+    return path.resolve(), file.st_mtime_ns, file.st_size
+
+
+def digest_of_file(path: Path) -> str:
+    """Digest a file; read it only if it has changed. Raises OSError."""
+    state = file_state(path)
+    return _digest_kept(path, state) if state else digest_of(path.read_bytes())
+
+
+@lru_cache(maxsize=DIGESTS_KEPT)
+def _digest_kept(path: Path, state: FileState) -> str:
+    return digest_of(path.read_bytes())
 
 
 def refuse_changed(begun: Digests, now: Digests) -> None:

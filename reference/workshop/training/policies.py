@@ -22,7 +22,8 @@ from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.workshop.maps import load
 from reference.workshop.storage.files import errors_naming
-from reference.workshop.storage.runs import other_numbers
+from reference.workshop.storage.numbers import paper_numbers
+from reference.workshop.storage.runs import FileState, file_state, other_numbers
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SCRIPTS
 from reference.workshop.strategies.trained import Trained, TrainedFire, TrainedRobots
@@ -37,6 +38,7 @@ from reference.workshop.training.families import HEADS_OF_SEVERAL
 from reference.world import World
 
 CHECKPOINTS_KEPT = 4  # files of checkpoints that were read last
+POLICIES_KEPT = 8  # that were made last, and as many in other places
 
 
 class LearnedPolicy(Trained):
@@ -99,8 +101,15 @@ class LearnedPolicy(Trained):
         if not super().misfit(building, scenario):
             return self
         if self.title == LEARNED:
-            return type(self)(ANYWHERE, self.sample).playing_in(building, scenario)
+            anywhere = _policy(type(self), ANYWHERE, self.sample)
+            return anywhere.playing_in(building, scenario)
         self.refuse_elsewhere(building, scenario)
+        if not _is_ours(type(self)):
+            return self.copied_into(building, scenario)
+        return _moved(self, building, scenario, _numbers())
+
+    def copied_into(self, building: Building, scenario: Scenario) -> "LearnedPolicy":
+        """Copy the policy into a world that it can read."""
         there = copy(self)
         there.building = building
         there.scenario = scenario
@@ -131,18 +140,17 @@ def _read(source: str | Path) -> Checkpoint:
 
     Raises as `load_checkpoint` does.
     """
-    path = checkpoint_file(source)
-    if not path.is_file():
+    file = file_state(checkpoint_file(source))
+    if file is None:
         return load_checkpoint(source)  # which says why
-    file = path.stat()
-    return _players_in(source, path.resolve(), file.st_mtime_ns, file.st_size)
+    return _players_in(source, file)
 
 
 @lru_cache(maxsize=CHECKPOINTS_KEPT)
-def _players_in(source: str | Path, path: Path, mtime_ns: int, size: int) -> Checkpoint:
+def _players_in(source: str | Path, file: FileState) -> Checkpoint:
     """Read a checkpoint without what only its training needs; nobody writes into it.
 
-    path, mtime_ns, size: of the file; another one is read anew
+    file: that it is in; another one is read anew
     """
     whole = load_checkpoint(source)
     actors = {side: {"actor": state["actor"]} for side, state in whole.learners.items()}
@@ -158,6 +166,57 @@ class LearnedFire(LearnedPolicy, TrainedFire):
 
 
 POLICIES: dict[Side, Any] = {"robots": LearnedRobots, "fire": LearnedFire}
+
+
+def learned_policy(
+    source: str | Path, side: Side, sample: bool = False
+) -> LearnedPolicy:
+    """Return the policy of a side in a checkpoint, as `LearnedPolicy` makes it.
+
+    It remembers nothing, so that all may have the same one: it is kept, until its file
+    or a number of the paper is another.
+    """
+    return _policy(POLICIES[side], source, sample)
+
+
+def _policy(
+    kind: type[LearnedPolicy], source: str | Path, sample: bool
+) -> LearnedPolicy:
+    """Return the policy of a kind that is kept, or make it."""
+    file = file_state(checkpoint_file(source))
+    if file is None or not _is_ours(kind):
+        return kind(source, sample)  # or says why there is none
+    return _made(kind, source, sample, file, _numbers())
+
+
+@lru_cache(maxsize=POLICIES_KEPT)
+def _made(
+    kind: type[LearnedPolicy],
+    source: str | Path,
+    sample: bool,
+    file: FileState,
+    numbers: str,
+) -> LearnedPolicy:
+    """Make a policy; another file and other numbers make another one."""
+    return kind(source, sample)
+
+
+@lru_cache(maxsize=POLICIES_KEPT)
+def _moved(
+    policy: LearnedPolicy, building: Building, scenario: Scenario, numbers: str
+) -> LearnedPolicy:
+    """Copy a policy into another world; other numbers make another one."""
+    return policy.copied_into(building, scenario)
+
+
+def _is_ours(kind: type[LearnedPolicy]) -> bool:
+    """Whether policies of a kind remember nothing; nobody knows of your own."""
+    return kind in POLICIES.values()
+
+
+def _numbers() -> str:
+    """The paper's numbers: what a policy sees and does depends on them."""
+    return repr(paper_numbers())
 
 
 def fixed_player(
