@@ -58,10 +58,10 @@ A disc would be a follower: see `evacuation`.
 
 
 def anchors(building: Building) -> Figure:
-    """Draw what a robot on each floor chooses between, at a moment of an evacuation."""
+    """Draw what a robot on each floor chooses between, at a moment [C5] [C6]."""
     simulation = moment_of(building)
     when = f"{simulation.world.time:.0f} s after the start"
-    title = f"{building.title}: points that robots choose between, {when} [C5] [C6]"
+    title = f"{building.title}: points that robots choose between, {when}"
     figure, panels = page.floor_page(building, title, range(building.floors), _PALE)
     found = anchors_of(simulation)
     for floor, by_kind in found.items():
