@@ -73,6 +73,15 @@ def test_own_code_looks_like_nothing_that_ships():
     assert apart.min() > 25
 
 
+def test_a_line_of_own_code_is_seen_on_white_and_is_not_dotted():
+    """A student looks for it; dots are those of nobody who guides."""
+    own = [name for name in NAMES if name not in OF_THOSE_THAT_SHIP]
+    looks = lines_of(own).values()
+    assert all(look["ls"] != ":" for look in looks)
+    colours = np.array([to_rgb(look["color"]) for look in looks])
+    assert to_lab(colours**2.2)[:, 0].max() < 70  # lightness, of 100
+
+
 @pytest.mark.paper("F12")
 def test_every_match_is_a_box_with_its_mean_and_interval():
     """Robots go down, fires across; a single run has no interval."""
