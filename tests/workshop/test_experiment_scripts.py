@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from conftest import ROOT
+from pages import overlaps
 from processes import python
 from trainings import begun, equal, tiny
 
@@ -14,6 +15,8 @@ from reference import Simulation, load
 from reference.__main__ import main
 from reference.paper import InputError
 from reference.workshop.comparing.design import Experiment
+from reference.workshop.comparing.intervals import Interval
+from reference.workshop.drawing.colours import colour_of
 from reference.workshop.storage.files import read_json
 from reference.workshop.storage.settings import read_yaml_file
 from reference.workshop.training.checkpoints import (
@@ -262,6 +265,43 @@ def test_who_has_only_begun_has_no_age(script):
     folder = kept(begun())
     with pytest.raises(InputError, match="have not learned yet"):
         script("by_age").ages(folder, 10)
+
+
+def kept_cells(name):
+    """The cells of a table that is kept, as far as pictures read them."""
+    table = read_json(SCRIPTS.parent / "tables" / f"{name}.json")
+    return [
+        SimpleNamespace(**cell | {"survival": Interval(**cell["survival"])})
+        for cell in table["cells"]
+    ]
+
+
+def test_ages_have_colours_from_the_fewest_to_the_most_who_survive(script):
+    """A scale from 0 to 100 % left a hundred cells nearly white."""
+    cells = kept_cells("by_age")
+    figure = script("by_age").drawn(cells)
+    axes = figure.axes[0]
+    (image,) = axes.images
+    means = [100 * cell.survival.mean for cell in cells]
+    assert image.get_clim() == pytest.approx((min(means), max(means)))
+    assert len(axes.texts) == len(cells)
+    assert overlaps(figure) == []
+
+
+def test_who_has_decided_nothing_stands_at_0_and_guides_look_as_anywhere(script):
+    """Left of a break of the axis, which is logarithmic."""
+    cells = kept_cells("from_nothing")
+    nothing = script("from_nothing")
+    names = {cell.robots: None for cell in cells if cell.robots not in nothing.GUIDES}
+    figure = nothing.drawn({name: int(name.replace(",", "")) for name in names}, cells)
+    assert len(figure.axes) == len(nothing.FIRES)
+    assert overlaps(figure) == []
+    for axes in figure.axes:
+        labels = [label.get_text() for label in axes.get_xticklabels()]
+        assert labels == ["0", "100,000", "1,000,000"]
+        lines = {line.get_label(): line for line in axes.lines}
+        for guide in nothing.GUIDES:
+            assert lines[guide].get_color() == colour_of(guide)
 
 
 def test_a_single_checkpoint_is_the_only_age(script, monkeypatch):

@@ -23,6 +23,7 @@ from reference.workshop.comparing import begin_evaluation, cells, play_evaluatio
 from reference.workshop.comparing.intervals import format_interval, interval_of_mean
 from reference.workshop.comparing.results import align_columns, cell_as_json, table
 from reference.workshop.drawing import crossplay, save
+from reference.workshop.drawing.page import sheet
 from reference.workshop.storage.files import write_json
 from reference.workshop.storage.workers import workers
 from reference.workshop.training.checkpoints import checkpoints_in, load_checkpoint
@@ -81,6 +82,31 @@ def points(less):
     return format_interval(interval_of_mean(less), 1, ends=True)
 
 
+def drawn(matches):
+    """Draw the mean survival of every match, in colours from the fewest to the most.
+
+    matches: cells by age. Intervals stand in the table.
+    """
+    ages_of_robots = crossplay.players(matches, "robots")
+    ages_of_fire = crossplay.players(matches, "fire")
+    saved = {(cell.robots, cell.fire): 100 * cell.survival.mean for cell in matches}
+    means = np.array([[saved[r, f] for f in ages_of_fire] for r in ages_of_robots])
+
+    side = 2.5 + 0.6 * len(ages_of_fire)
+    figure = sheet("Who survives, by the ages of robots and fire", side + 1, side)
+    axes = figure.subplots()
+    image = axes.imshow(means, crossplay.SURVIVAL_COLOURS, aspect="auto")
+    for (row, column), mean in np.ndenumerate(means):
+        axes.text(column, row, f"{mean:.1f}", ha="center", va="center", fontsize=10)
+    axes.set_xticks(range(len(ages_of_fire)), ages_of_fire)
+    axes.set_yticks(range(len(ages_of_robots)), ages_of_robots)
+    axes.set(xlabel="age of the fire, share of the training")
+    axes.set(ylabel="age of the robots, share of the training")
+    label = "survivors, per cent, from the fewest to the most"
+    figure.colorbar(image, label=label, aspect=40)
+    return figure
+
+
 def main():
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("training", type=Path, help="the folder of a league")
@@ -102,8 +128,7 @@ def main():
         for cell in cells(results, None)
     ]
     print(table(matches, ["survival"]))
-    words = "ages in shares of the training; means over runs, 95 % bootstrap intervals"
-    print(save(crossplay.matrix(matches, words), folder / "by_age.png"))
+    print(save(drawn(matches), folder / "by_age.png"))
     learned = what_was_learned(results, found)
     print(align_columns([["", "against", "points"], *learned], "<<>"))
     listed = [cell_as_json(cell) for cell in matches]
