@@ -192,8 +192,8 @@ def places(episodes: list[Episode]) -> np.ndarray:
 
 figure = drawing.top(gallery)
 axes = figure.axes[0]
-axes.scatter(*places(before), s=60, fc="none", ec="#2b2f36", lw=1.2, zorder=2.1)
-axes.scatter(*places(after), s=60, color="#f47b20", alpha=0.8, zorder=2.2)
+axes.scatter(*places(before), s=60, fc="none", ec="#0868ac", lw=2, zorder=3.1)
+axes.scatter(*places(after), s=60, color="#f47b20", alpha=0.8, zorder=3.2)
 axes.set_title("Choices before (rings) and after training (discs)", loc="left")
 print(drawing.save(figure, "out/08_where_it_strikes.png"))
 #> out/08_where_it_strikes.png

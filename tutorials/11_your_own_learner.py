@@ -17,6 +17,7 @@ from torch.distributions import Normal
 from reference import Scenario, Simulation, load
 from reference.robots import NoRobots
 from reference.workshop.drawing import save
+from reference.workshop.drawing.colours import lines_of
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.trained import FlatRobots
 from reference.world import Evacuated
@@ -131,20 +132,22 @@ guides = {
     "sweep": Sweep,
     "yours": lambda: FlatRobots(means, "tiny", drill),
 }
+looks = lines_of(("none", "sweep", "yours")).values()  # as in other pictures
 figure, axes = plt.subplots(layout="constrained")
-for name, guide in guides.items():
+for (name, guide), look in zip(guides.items(), looks, strict=True):
     runs = [Simulation(load("tiny"), drill, guide(), seed=1000 + k) for k in range(16)]
     reward = np.mean([run.run().reward for run in runs]) / world.unit
     events = [event for run in runs for event in run.events]
     out = [event.time for event in events if isinstance(event, Evacuated)]
     inside = [np.inf] * (16 * 12 - len(out))  # who was never out
-    axes.ecdf(out + inside, label=f"{name}: {reward:.2f}")
+    axes.ecdf(out + inside, label=f"{name}: {reward:.2f}", **look)
     if name != "yours":
         print(f"{name} {reward:.2f}, {len(out) / 16:.1f} of 12 are out after a minute")
 #> nobody 2.16, 10.8 of 12 are out after a minute
 #> sweep 2.00, 9.8 of 12 are out after a minute
 axes.set(xlabel="seconds", ylabel="share of people who are out", xlim=(0, 60))
-axes.legend(title="guided by: reward")
+axes.set_title("Who is out, by guide")
+axes.legend(title="guided by: reward", handlelength=3.6)
 Path("out").mkdir(exist_ok=True)
 print(save(figure, "out/11_beside_sweep.png"))
 #> out/11_beside_sweep.png

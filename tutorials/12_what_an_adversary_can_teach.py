@@ -67,13 +67,17 @@ for name, runs in (("observer", leads), ("guard", guards)):
 #> guard: 51 of 62 fires in a cell of the sequence
 
 # Look at it: just before the second fire is due, at 35 s, a robot stands in its cell,
-# in the canteen.
+# in the canteen: the ring is around it.
 
 watched = Simulation(institute, Scenario(), Guard(), FixedFire(), seed=3)
-while watched.world.time < 34.6:
+while watched.world.time < 34.4:
     watched.step()
 Path("out").mkdir(exist_ok=True)
-drawing.draw(watched, "out/12_guard.png")
+figure = drawing.draw(watched)
+_, x, y = sequence[1]
+ring = {"mfc": "none", "mec": "#0868ac", "mew": 2.5, "zorder": 8}
+figure.axes[0].plot(x, y, "o", ms=24, **ring)  # on floor 1
+drawing.save(figure, "out/12_guard.png")
 
 # %% What it costs elsewhere
 # Under other fires the robot that stands guard is a robot that does not lead. So

@@ -12,7 +12,8 @@ from scipy.stats import spearmanr
 
 from reference.building import building_of
 from reference.workshop import comparing, drawing
-from reference.workshop.drawing.page import paint_floor
+from reference.workshop.drawing.page import extent_of, paint_floor
+from reference.workshop.drawing.plans import write_name
 from reference.workshop.maps.generated import generated_text
 from reference.workshop.storage.workers import InProcess
 
@@ -40,12 +41,21 @@ print(*small.splitlines()[-10:], sep="\n")
 
 texts = [generated_text(seed) for seed in range(10)]
 buildings = [building_of(text) for text in texts]
-figure = Figure(figsize=(10, 4.6), layout="constrained")
-for axes, building in zip(figure.subplots(2, 5).flat, buildings, strict=True):
+figure = Figure(figsize=(14, 6.4), layout="constrained")
+panels = figure.subplots(2, 5).ravel()
+sides = np.array([extent_of(building) for building in buildings])
+west, _, south, _ = sides.min(axis=0)
+_, east, _, north = sides.max(axis=0)
+for axes, building in zip(panels, buildings, strict=True):
     paint_floor(axes, building, 0)
-    axes.set_title(building.title)
+    axes.set(title=building.title, xlim=(west, east), ylim=(south, north))
     axes.set_axis_off()
 figure.suptitle("Ten buildings by lot: their ground floors")
+figure.draw_without_rendering()  # then a name's size is known
+for axes, building in zip(panels, buildings, strict=True):
+    for area in building.areas:
+        if area.floor == 0:
+            write_name(axes, building, area, largest=7)
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(figure, "out/14_ten_buildings.png"))
 #> out/14_ten_buildings.png
