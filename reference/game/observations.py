@@ -106,10 +106,12 @@ def vector_layout(building: Building, scenario: Scenario) -> Layout:
     return Layout(
         humans=points("human", people),
         robots=points("robot", robots),
-        team=Block("robots of the team at work", "1", 1, (0.0,), (robots,)),
+        team=Block("robots of the team at work", "count", 1, (0.0,), (robots,)),
         time=Block("time since the beginning", "s", 1, (0.0,), (end,)),
         fires=points("fire source", fires),
-        fires_per_floor=Block("fire sources on floor", "1", floors, (0.0,), (fires,)),
+        fires_per_floor=Block(
+            "fire sources on floor", "count", floors, (0.0,), (fires,)
+        ),
     )
 
 

@@ -74,10 +74,10 @@ def test_the_table_explains_all_167_numbers(simulation):
     assert [line[:2] for line in lines] == [
         ("0 to 119", "40 × human: x, y, storey (m, m, storey)"),
         ("120 to 137", "6 × robot: x, y, storey (m, m, storey)"),
-        ("138", "1 × robots of the team at work (1)"),
+        ("138", "1 × robots of the team at work (count)"),
         ("139", "1 × time since the beginning (s)"),
         ("140 to 163", "8 × fire source: x, y, storey (m, m, storey)"),
-        ("164 to 166", "3 × fire sources on floor (1)"),
+        ("164 to 166", "3 × fire sources on floor (count)"),
     ]
     x, y, storey = vector[120:123]
     assert lines[1][2].startswith(f"{x:.3g}, {y:.3g}, {storey:g}, ")
@@ -87,3 +87,17 @@ def test_the_table_explains_all_167_numbers(simulation):
 def test_all_can_be_read_in_the_papers_building(robot_page, fire_page):
     """Three tall floors, for a robot and for the fire."""
     assert overlaps(robot_page) == overlaps(fire_page) == []
+
+
+@pytest.mark.parametrize("name", ["paper", "tiny"])
+def test_no_sheet_is_mostly_blank(name):
+    """A plan is as large as its grids, or larger; rows and columns are named."""
+    scenario = Scenario(people=4)
+    world = Simulation(load(name), scenario, seed=0).world
+    figure = drawing.fire_senses(world, scenario)
+    figure.draw_without_rendering()
+    plan, walls = figure.axes[:2]
+    assert plan.get_window_extent().width > 0.9 * walls.get_window_extent().width
+    assert (walls.get_xlabel(), walls.get_ylabel()) == ("column", "row")
+    of_floor = plan.get_window_extent().height * world.building.floors
+    assert of_floor > figure.bbox.height / 3

@@ -40,6 +40,13 @@ _INKS = {
 }
 
 
+# inches
+WIDE = 13.0
+AXES_WIDE = 2.5  # what numbers and names of axes take of it
+TITLE_HIGH = 0.6  # above a floor, with numbers below it
+TABLE_HIGH = 1.5
+
+
 def robot_senses(world: World, scenario: Scenario, robot: int = 0) -> Figure:
     """Draw what a robot observes; scenario: the simulation's own [C1] [C3] [C4].
 
@@ -64,7 +71,7 @@ def fire_senses(world: World, scenario: Scenario) -> Figure:
 def _page(
     agent: str, world: World, layout: Layout, vector: np.ndarray, observers: int
 ) -> Figure:
-    """Draw a row for each floor, points and channels, and below them a table.
+    """Draw a row for each floor, points and channels; below a table and a legend.
 
     observers: how many of the first robots observe themselves
     """
@@ -81,8 +88,11 @@ def _page(
 
     floors = building.floors
     columns = 1 + len(GRID_KINDS)
-    figure = page.sheet(f"{building.title}: what {agent} sees", 13, 3.2 * floors + 3)
-    look: Style = {"height_ratios": [3.2] * floors + [2]}
+    widths, high = _plan_and_grids(building.kind.shape[1:], cells.shape[1:])
+    height = (high + TITLE_HIGH) * floors + TABLE_HIGH
+    figure = page.sheet(f"{building.title}: what {agent} sees", WIDE, height + 0.6)
+    look: Style = {"height_ratios": [high + TITLE_HIGH] * floors + [TABLE_HIGH]}
+    look |= {"width_ratios": widths}
     spec = figure.add_gridspec(floors + 1, columns, **look)
     for floor in range(floors):
         first, *others = (figure.add_subplot(spec[floor, k]) for k in range(columns))
@@ -96,17 +106,33 @@ def _page(
             axes.imshow(cells[channel], ListedColormap(["white", ink]), vmax=1)
             axes.set_title(f"{channel}: {GRID_KINDS[kind]}, floor {floor + 1}")
             axes.spines[:].set_visible(True)
+            axes.set(xlabel="column", ylabel="row")
 
     below = figure.add_subplot(spec[-1, :])
     below.set_axis_off()
-    look = {"edges": "open", "cellLoc": "left", "loc": "upper center"}
+    look = {"edges": "open", "cellLoc": "left", "loc": "upper left"}
     words = below.table(number_table(vector, layout.blocks.values()), **look)
     words.auto_set_font_size(False)
     words.set_fontsize(8)
     words.auto_set_column_width(range(3))
     marks = page.samples({name: _LOOKS[name] for name in points})
-    page.legend(figure, [*marks, *page.swatches([], **_INKS)])
+    handles = [*marks, *page.swatches([], **_INKS)]
+    below.legend(handles=handles, loc="upper right", ncols=2)
     return figure
+
+
+def _plan_and_grids(
+    plan: tuple[int, ...], grid: tuple[int, ...]
+) -> tuple[list[float], float]:
+    """Choose widths of a plan and its grids, and the height of all, inches.
+
+    plan, grid: how many cells down and across
+    """
+    plan_slope, grid_slope = (down / across for down, across in (plan, grid))
+    shares = [float(np.clip(grid_slope / plan_slope, 1, 2)), *[1.0] * len(GRID_KINDS)]
+    share = (WIDE - AXES_WIDE) / sum(shares)
+    widths = [share * each for each in shares]
+    return widths, max(widths[0] * plan_slope, share * grid_slope)
 
 
 def number_table(
