@@ -88,3 +88,25 @@ def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
     assert "Tiny office, guided by out/" in said
     short = " ".join(writing(crowding_map(seen, "guided by escort, no fire")))
     assert "Tiny office, guided by escort, no fire: 7 evacuations, 0 died" in short
+
+
+def test_rooms_are_named_in_a_corner_below_the_crosses():
+    """A cross in the middle of each room hides no name; each lies in its own room."""
+    institute = shipped("paper")
+    deaths = np.where(institute.walkable, 1, 0)
+    density = np.where(institute.walkable, 0.5, 0.0)
+    seen = SimpleNamespace(building=institute, runs=1, density=density, deaths=deaths)
+    figure = crowding_map(seen)
+    figure.draw_without_rendering()
+    named = 0
+    for floor in range(institute.floors):
+        axes = figure.axes[floor]
+        (crosses,) = axes.collections
+        for text in axes.texts:
+            assert text.get_zorder() < crosses.get_zorder()
+            box = text.get_window_extent().transformed(axes.transData.inverted())
+            cells = [(floor, *institute.cell(x, y)) for x, y in box.corners()]
+            (area,) = {int(institute.area[cell]) for cell in cells}
+            assert institute.areas[area].name == text.get_text()
+            named += 1
+    assert named > 30

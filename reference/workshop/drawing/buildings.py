@@ -85,7 +85,7 @@ def side_by_side(
     figure.draw_without_rendering()
     for axes, building, moves in plan_axes:
         for area in building.areas:
-            plans.write_name(axes, building, area, 7.0, moves[area.floor])
+            plans.write_in_corner(axes, building, area, moves[area.floor])
     return figure
 
 

@@ -6,7 +6,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from reference.building import Building, Kind
-from reference.workshop.drawing import page
+from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.evacuation import INK
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.workshop.measuring.crowding import SQUARE, Crowding
@@ -48,6 +48,9 @@ def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
     figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
     died = page.samples(CROSS if deaths.any() else {})
     page.legend(figure, [*page.swatches(building.kind), *died])
+    figure.draw_without_rendering()
+    for area in building.areas:
+        plans.write_in_corner(panels[area.floor], building, area)
     return figure
 
 

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Text
+from numpy.typing import ArrayLike
 
 from reference.building import Area, Building, Kind, Landmark
 from reference.navigation import navigation_of
@@ -20,6 +21,8 @@ HALO: Style = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
 _BOX: Style = {"boxstyle": "round,pad=0.3", "fc": "white", "ec": page.TEXT, "lw": 0.8}
 _NUMBER_TEXT = 8.0
 _SMALL_TEXT, _SMALLEST_TEXT = 6.0, 4.0
+_CORNER_TEXT = 6.5
+_MARGIN = 1.5  # points, of a name in a corner
 _LETTER = 0.62  # width of a letter, in heights
 
 
@@ -189,6 +192,25 @@ def write_name(
         x, y = np.add((x, y), move)
     place: Style = {"ha": "center", "va": "center", "rotation": 90 if upright else 0}
     return axes.text(x, y, area.name, fontsize=size, **place, **look)
+
+
+def write_in_corner(
+    axes: Axes, building: Building, area: Area, move: ArrayLike = (0.0, 0.0)
+) -> Text | None:
+    """Write a room's name small and grey into its north-west, below other marks.
+
+    move: of the building on the axes, metres
+    """
+    metre = points_per_metre(axes)
+    size, upright = lettering(area, metre, _CORNER_TEXT)
+    if not size:
+        return None
+    middle, size_of_room = widest(area.cells)
+    corner = building.metres(*(middle - size_of_room / 2))
+    margin = np.array((_MARGIN, -_MARGIN)) / metre
+    x, y = np.array(corner) + margin + move
+    place: Style = {"ha": "left", "va": "top", "rotation": 90 if upright else 0}
+    return axes.text(x, y, area.name, size=size, alpha=0.7, zorder=2.5, **place)
 
 
 def north_end(area: Area) -> np.ndarray:
