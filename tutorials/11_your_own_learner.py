@@ -132,9 +132,10 @@ guides = {
     "sweep": Sweep,
     "yours": lambda: FlatRobots(means, "tiny", drill),
 }
-looks = lines_of(("none", "sweep", "yours")).values()  # as in other pictures
+looks = lines_of(("none", "sweep", "yours"))  # as in other pictures
+looks["yours"]["ls"] = "--"
 figure, axes = plt.subplots(layout="constrained")
-for (name, guide), look in zip(guides.items(), looks, strict=True):
+for (name, guide), look in zip(guides.items(), looks.values(), strict=True):
     runs = [Simulation(load("tiny"), drill, guide(), seed=1000 + k) for k in range(16)]
     reward = np.mean([run.run().reward for run in runs]) / world.unit
     events = [event for run in runs for event in run.events]
