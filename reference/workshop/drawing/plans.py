@@ -208,7 +208,7 @@ def write_in_corner(
     middle, size_of_room = widest(area.cells)
     corner = building.metres(*(middle - size_of_room / 2))
     margin = np.array((_MARGIN, -_MARGIN)) / metre
-    x, y = np.array(corner) + margin + move
+    x, y = np.array(corner) + margin + np.asarray(move)
     place: Style = {"ha": "left", "va": "top", "rotation": 90 if upright else 0}
     return axes.text(x, y, area.name, size=size, alpha=0.7, zorder=2.5, **place)
 
