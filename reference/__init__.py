@@ -19,7 +19,8 @@ From a map's text to a picture:
     while simulation.world.time < 20:  # seconds
         simulation.step()
     draw(simulation, "hut.png")
-    print(simulation.run())  # to the end
+    outcome = simulation.run()  # to the end
+    print(outcome.evacuated, "of", outcome.people, "got out")
 
 `load` takes a path, too, or the name of a map that ships; `animate` films. These five
 names are the front door. Without a guide and a fire nobody guides and nothing burns.

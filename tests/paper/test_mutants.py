@@ -268,7 +268,7 @@ D7 simulation
 E1 learning/adversarial
   - LEARNERS[settings.trainer_type]
   + LEARNERS["ppo"]
-E1 workshop/training/loop
+E1 workshop/training/rounds
   - tuple(rounds)[-most:]
   + tuple(rounds)[:most]
 E1 learning/poca

@@ -122,8 +122,9 @@ def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     under_way = ~np.isnan(robot_destinations(moment.world)[:, 0])
     assert under_way.any()
     nothing_new = np.full((len(moment.alive), 2), np.nan, dtype=np.float32)
-    told = teacher._recorded(moment, nothing_new)
     (seen,) = teacher.codec.read([moment])
+    (grid,) = teacher.codec.grids([moment])
+    told = teacher._recorded(moment, nothing_new, seen, grid)
     K = teacher.codec.anchors
     anchors = seen[:, : 2 * K].reshape(-1, K, 2)
     keep = anchors[:, KEEP]
@@ -131,5 +132,5 @@ def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     assert np.allclose(told["actions"], np.where(under_way[:, None], keep, stay))
     assert told["alive"].all() and not stay.any()
     going = from_normalised(teacher.codec.building, robot_destinations(moment.world))
-    told = teacher._recorded(moment, going)
+    told = teacher._recorded(moment, going, seen, grid)
     assert np.allclose(told["actions"], keep) and told["alive"][under_way].all()
