@@ -85,6 +85,15 @@ def test_every_training_and_the_guide_have_a_best_response(tmp_path):
 
 
 @pytest.mark.slow
+def test_who_guards_moves_fires_and_who_does_not_moves_none():
+    """Of the second fire, that guards are quick enough for."""
+    asked = ("escort", "guard", "--episodes", "3")
+    _, *lines = told("who_stands_in_the_way.py", *asked)
+    moves = {line.split()[0]: float(line.split()[4]) for line in lines}
+    assert moves["escort"] == 0 < moves["guard"] <= 8
+
+
+@pytest.mark.slow
 def test_a_guard_moves_closer_to_another_cell(tmp_path):
     """Where `closer` burns by itself nothing changes; its watches are told apart."""
     asked = ("--episodes", "2", "--picture", "cells.png")

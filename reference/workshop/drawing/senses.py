@@ -41,10 +41,10 @@ _INKS = {
 
 
 # inches
-WIDE = 13.0
-AXES_WIDE = 2.5  # what numbers and names of axes take of it
-TITLE_HIGH = 0.6  # above a floor, with numbers below it
-TABLE_HIGH = 1.5
+_WIDE = 13.0
+_AXES_WIDE = 2.5  # what numbers and names of axes take of it
+_TITLE_HIGH = 0.6  # above a floor, with numbers below it
+_TABLE_HIGH = 1.5
 
 
 def robot_senses(world: World, scenario: Scenario, robot: int = 0) -> Figure:
@@ -89,9 +89,9 @@ def _page(
     floors = building.floors
     columns = 1 + len(GRID_KINDS)
     widths, high = _plan_and_grids(building.kind.shape[1:], cells.shape[1:])
-    height = (high + TITLE_HIGH) * floors + TABLE_HIGH
-    figure = page.sheet(f"{building.title}: what {agent} sees", WIDE, height + 0.6)
-    look: Style = {"height_ratios": [high + TITLE_HIGH] * floors + [TABLE_HIGH]}
+    height = (high + _TITLE_HIGH) * floors + _TABLE_HIGH
+    figure = page.sheet(f"{building.title}: what {agent} sees", _WIDE, height + 0.6)
+    look: Style = {"height_ratios": [high + _TITLE_HIGH] * floors + [_TABLE_HIGH]}
     look |= {"width_ratios": widths}
     spec = figure.add_gridspec(floors + 1, columns, **look)
     for floor in range(floors):
@@ -130,7 +130,7 @@ def _plan_and_grids(
     """
     plan_slope, grid_slope = (down / across for down, across in (plan, grid))
     shares = [float(np.clip(grid_slope / plan_slope, 1, 2)), *[1.0] * len(GRID_KINDS)]
-    share = (WIDE - AXES_WIDE) / sum(shares)
+    share = (_WIDE - _AXES_WIDE) / sum(shares)
     widths = [share * each for each in shares]
     return widths, max(widths[0] * plan_slope, share * grid_slope)
 
