@@ -410,7 +410,7 @@ FIRES_ANYWHERE = ("random", "busiest")
         (lines_of_tenths, 14),
         (lines_of_league, 13),
         (lines_of_by_age, 6),
-        (lines_of_from_nothing, 12),
+        (lines_of_from_nothing, 13),
         (lines_of_worth, 10),
         (partial(lines_of_any_map, "any_map"), 7),
         (partial(lines_of_any_map, "any_map_many_robots"), 7),
