@@ -162,6 +162,13 @@ def test_a_checkpoint_brings_its_building_and_scenario(run):
     assert all(r.people == 6 for r in found)
 
 
+def test_a_folder_does_not_take_a_strategys_name(run):
+    """A training in it would play, and be called the best scripted guide."""
+    shutil.copytree(run, "sweep")
+    asked = begin_evaluation(("sweep",), ("none",), building="tiny", episodes=1)
+    assert not asked.files
+
+
 def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp_path):
     """Though the training goes on meanwhile; so an evaluation has one opponent."""
     training = tmp_path / "training"

@@ -205,6 +205,13 @@ def test_an_exit_whose_middle_is_a_corner_of_its_way_is_drawn():
         plans.graph(load(f"building: Den\nsize: 4 x 3\nfloor 1:\n{rows}"))
 
 
+def test_a_map_without_walls_has_ways_without_numbers():
+    """There is no wall to write them in."""
+    rows = "EEEE\nE..E\nE..E\nEEEE\n"
+    figure = plans.graph(load(f"building: Open\nsize: 4 x 4\nfloor 1:\n{rows}"))
+    assert not [text for text in figure.axes[0].texts if text.get_text().isdigit()]
+
+
 def spread(way, step=0.05):
     """Points along a line, (k, 2), but for its first and last piece."""
     inner = way[1:-1]

@@ -23,6 +23,7 @@ from reference.learning.settings import SIDES, Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import (
+    PLAYER_NAMES,
     meaning_of,
     set_up_match,
     strategy_named,
@@ -403,8 +404,9 @@ def _without_repeats(words: Iterable[str]) -> tuple[str, ...]:
 
 
 def _newest_checkpoints(words: Iterable[str]) -> dict[str, str]:
-    """The newest checkpoint of each word that names a folder."""
-    folders = [word for word in words if os.path.isdir(word)]
+    """The newest checkpoint of each word that names a folder, and no strategy."""
+    names = {*PLAYER_NAMES["robots"], *PLAYER_NAMES["fire"]}
+    folders = [word for word in words if word not in names and os.path.isdir(word)]
     if not folders:
         return {}
     from reference.workshop.training.checkpoints import newest_checkpoint

@@ -311,6 +311,7 @@ def evaluation_as_json(
         "notes": notes(evaluation),
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
+        "errors": evaluation.errors,
         "files": dict(evaluation.files),
         "digests": {word: dict(of) for word, of in evaluation.digests.items()},
         "ruler": asdict(ruler) if ruler else None,

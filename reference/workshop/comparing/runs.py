@@ -1,8 +1,9 @@
 """Play the runs of an evaluation on any executor, and keep each as a row of a table.
 
 Runs of one seed are paired: they have the same people in the same places,
-and the same randomness of the fire, whoever guides.  A row is written at once when its
-run is over, so that an interruption loses no more than the runs that were being played.
+and the same randomness of the fire, whoever guides.  Rows are written as soon as their
+job is over, up to some sixteen runs of a match, so that an interruption loses no more
+than the jobs that were being played.
 """
 
 import sys

@@ -99,15 +99,17 @@ def graph(building: Building) -> Figure:
 def _write_numbers(axes: Axes, building: Building, floor: int) -> None:
     """Write each way's number in the nearest wall cell that has none, if it fits."""
     size = min(0.8 * points_per_metre(axes), _NUMBER_TEXT)
-    if size < _SMALLEST_TEXT:
-        return
     cells = np.argwhere(building.kind[floor] == Kind.WALL).tolist()
+    if size < _SMALLEST_TEXT or not cells:
+        return
     walls = np.array([building.metres(*cell) for cell in cells])
     look: Style = {"ha": "center", "va": "center_baseline", "fontsize": size}
     for mark in building.landmarks:
         if mark.floor == floor:
             k = np.hypot(*(walls - mark.position).T).argmin()
             x, y = walls[k]
+            if np.isinf(x):  # all are taken
+                return
             axes.text(x, y, mark.id.rpartition("-")[2], **look)
             walls[k] = np.inf  # taken
 
