@@ -177,7 +177,9 @@ def test_refuses_to_send_robots_nowhere(answer, told):
 )
 def test_refuses_a_fire_where_there_is_no_floor(decision):
     """It would burn somewhere else, as an occupied place does [D6]."""
-    told = r"(?s)for .*, which is no place: give \(floor, x, y\), floor 0 to 1 and metres"
+    told = (
+        r"(?s)for .*, which is no place: give \(floor, x, y\), floor 0 to 1 and metres"
+    )
     sim = Simulation(shipped("tiny"), fire=Saying(decision))
     with pytest.raises(InputError, match=told):
         for _ in ticks(sim):
