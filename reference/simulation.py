@@ -223,8 +223,7 @@ class Simulation:
     def _ask_robots(self, team: list[Robot]) -> Destinations:
         """Ask the strategy where these robots go. Raises InputError for no decision."""
         answers = self.robot_strategy.decide(self.world, team, self.rng["robots"])
-        is_list = hasattr(answers, "__len__") and np.iterable(answers)
-        if not is_list or len(answers) != len(team):
+        if not hasattr(answers, "__len__") or len(answers) != len(team):
             raise InputError(
                 f"the robots' decide returned {answers!r:.60}: give a list, with "
                 f"(x, y) or None for each of the {len(team)} robots at work"
@@ -400,6 +399,6 @@ def _is_numbers(value: object, count: int) -> bool:
         return False
     if numbers.shape != (count,) or numbers.dtype.kind not in "biuf":
         return False
-    if np.ma.is_masked(value):
-        return False
-    return bool((abs(numbers.astype(float)) < paper.LONGEST).all())
+    return not np.ma.is_masked(value) and bool(
+        (abs(numbers.astype(float)) < paper.LONGEST).all()
+    )

@@ -152,7 +152,6 @@ class Saying:
         (["here"] * 4, "which is no place"),
         ([("1", "2")] * 4, "which is no place"),
         ([(10**400, 2)] * 4, "which is no place"),
-        (np.array(3.0), "give a list"),
         (np.ma.masked_all((4, 2)), "which is no place"),
         ([np.array([inf, 1.0], np.float16)] * 4, "which is no place"),
     ],
