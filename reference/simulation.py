@@ -399,6 +399,4 @@ def _is_numbers(value: object, count: int) -> bool:
         return False
     if numbers.shape != (count,) or numbers.dtype.kind not in "biuf":
         return False
-    return not np.ma.is_masked(value) and bool(
-        (abs(numbers.astype(float)) < paper.LONGEST).all()
-    )
+    return bool((abs(numbers) < paper.LONGEST).all())
