@@ -160,7 +160,8 @@ print(f"before: {out} get out, {refused} of {choices} choices are refused")
 # %% Training
 # Two hundred other evenings, ten at a time: play, then learn. After a round
 # or two there are enough decisions for an update by PPO, as in the last tutorial.
-# `python -m reference train` does the same for both sides at once, with checkpoints.
+# `python -m reference train` does the same for both sides at once, with checkpoints;
+# `python -m reference curves` draws how it went.
 
 for k in range(20):
     episodes = evenings(range(10 * k, 10 * (k + 1)))  # PLAY

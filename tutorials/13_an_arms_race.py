@@ -206,7 +206,7 @@ print(drawing.save(figure, "out/13_arms_race.png"))
 #
 # With seeds 0, 1 and 2 too robots learn to be in the mouth, and save more against the
 # first fire. The fire is less certain: that of seed 1 does not find the mouth in act
-# one, that of seed 2 hardly leaves it in act three (87 instead of 91 % of its choices).
+# one, that of seed 2 hardly leaves it in act three.
 #
 # In the paper's building there are forty people, six robots and eight fires, and the
 # noise of all of them hides what one decision is worth. RESULTS.md has what came out.
