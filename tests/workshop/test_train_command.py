@@ -5,6 +5,7 @@ import os
 import re
 import signal
 import time
+from argparse import Namespace
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from importlib.util import find_spec
@@ -17,6 +18,7 @@ from processes import python
 from trainings import begun, equal, tiny, trained
 
 from reference.__main__ import main
+from reference.paper import InputError
 from reference.workshop.commands.training import JOBS_NEED
 from reference.workshop.training import loop, starting
 from reference.workshop.training.checkpoints import (
@@ -136,6 +138,39 @@ def test_train_takes_a_file_of_settings_and_a_checkpoint_as_opponent(run, capsys
     assert equal(
         task.fixed["fire"][0].weights, load_checkpoint(run).player("fire").weights
     )
+
+
+def test_what_settings_state_of_a_scenario_does_not_vary_by_lot(tmp_path):
+    """As with `--scenario`; the heading tells it once, and one building's is refused."""
+    pytest.importorskip("yaml")
+    asked = Namespace(**dict.fromkeys(starting.OPTIONS))
+    asked.preset = "any"
+    asked.building = ["random"]
+    asked.settings = tmp_path / "mine.yaml"
+    asked.settings.write_text("reference: {scenario: {people: 40, sight_range: 6}}")
+    training = starting.begin_training(asked)
+    family = training.task.family
+    assert (family.people, family.robots_per_floor) == ((40, 40), (1, 8))
+    assert "40 people, 1 to 8 robots a floor), sight_range=6: " in training.about()
+
+    asked.scenario = {"people": 12}
+    training = starting.begin_training(asked)
+    assert training.task.family.people == (12, 12)
+    assert training.about().count("people") == 1
+
+    asked.settings.write_text("reference: {scenario: {rooms: [1/hall]}}")
+    with pytest.raises(InputError, match="rooms is of one building"):
+        starting.begin_training(asked)
+
+
+def test_fire_learns_without_robots_in_generated_buildings():
+    """None stand there, as in one building."""
+    asked = Namespace(**dict.fromkeys(starting.OPTIONS))
+    asked.preset = "any"
+    asked.robots = ["none"]
+    training = starting.begin_training(asked)
+    jobs = [job.lot for job in training.jobs()]
+    assert jobs and not any(lot.robots_per_floor for lot in jobs)
 
 
 def test_refuses_a_side_that_a_network_of_another_training_played(once, run, capsys):

@@ -70,12 +70,16 @@ class Family:
             "robots a floor)"
         )
 
-    def varied(self) -> dict[str, Bounds]:
-        """Find the scenario's fields that jobs draw by lot, and their bounds."""
+    def bounds(self) -> dict[str, Bounds]:
+        """Find the scenario's fields that the family tells, least and most."""
         if self.plans:
             return {}
-        drawn = {"people": self.people, "robots_per_floor": self.robots_per_floor}
-        return {name: (low, high) for name, (low, high) in drawn.items() if low < high}
+        return {"people": self.people, "robots_per_floor": self.robots_per_floor}
+
+    def varied(self) -> dict[str, Bounds]:
+        """Find those of them that jobs draw by lot."""
+        told = self.bounds().items()
+        return {name: (low, high) for name, (low, high) in told if low < high}
 
     def example(self) -> str:
         """The text of one building, for what is the same in all."""

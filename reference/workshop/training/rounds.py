@@ -341,7 +341,8 @@ class Training:
         family = self.task.family
         where = family.about() if family else building_of(self.task.plan).title
         scenario = self.settings.scenario
-        changed = differing(scenario, Scenario())
+        told = family.bounds() if family else {}
+        changed = [x for x in differing(scenario, Scenario()) if x not in told]
         if changed:
             where += f", {in_words(scenario, changed)}"
         left = f"{self.left:,} decisions to go"

@@ -41,7 +41,7 @@ def begin_training(asked: Namespace) -> Training:
     read = None if asked.settings is None else read_yaml_file(asked.settings)
     settings, notes = _settings(asked, read)
     names = asked.building or [DEFAULT_BUILDINGS.get(settings.preset, "paper")]
-    family = family_of(names, asked.scenario or {})
+    family = family_of(names, _stated_scenario(asked, read, settings.scenario))
     building = map_named(names[0]) if family is None else None
 
     fixed = _fixed_players(asked, settings, building, family)
@@ -145,11 +145,26 @@ def _settings(
         head=asked.head or made.robots.head,
     )
     fire = replace(made.fire, head=asked.head or made.fire.head)
-    stated = asked.scenario or {}
-    if asked.robots == ["none"]:  # none stand there, and the fire observes none
-        stated = {"robots_per_floor": 0, **stated}
-    scenario = with_stated(made.scenario, stated, "scenario")
+    scenario = with_stated(made.scenario, _asked_scenario(asked), "scenario")
     return replace(made, robots=robots, fire=fire, scenario=scenario), notes
+
+
+def _asked_scenario(asked: Namespace) -> dict[str, Any]:
+    """Collect the fields of a scenario that the options state."""
+    stated = dict(asked.scenario or {})
+    if asked.robots == ["none"]:  # none stand there, and the fire observes none
+        stated.setdefault("robots_per_floor", 0)
+    return stated
+
+
+def _stated_scenario(asked: Namespace, read: Any, made: Scenario) -> dict[str, Any]:
+    """Collect what the file of settings or the options state of a scenario.
+
+    read: the file's content, which has been checked;  made: the scenario they make
+    """
+    ours = (read or {}).get("reference") or {}
+    names = {*(ours.get("scenario") or {}), *_asked_scenario(asked)}
+    return {name: getattr(made, name) for name in names}
 
 
 def resume_training(folder: Path) -> Training:
