@@ -85,9 +85,28 @@ def test_robots_may_observe_with_errors(capsys):
     alone = "--people 1 --fire none --episodes 1 --out eval"
     assert main(f"{SMALL} {alone} --errors 3".split()) == 0
     title = capsys.readouterr().out.splitlines()[0]
-    assert title.endswith("1 runs, errors of observation up to 3 m")
+    assert ", 1 people, errors of observation up to 3 m: 1 robots" in title
     assert main(f"{AGAIN} --errors 1".split()) == 2
     assert "--errors: a resumed run keeps its options" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ("--robots none --errors 3", "no robot observes anything: --errors changes no"),
+        ("--robots none sweep --scenario robots_per_floor=0", "0: sweep guides nobody"),
+    ],
+)
+def test_what_changes_nothing_is_told(options, told, capsys):
+    """Also where robots join an evaluation in which none stand."""
+    short = f"{SMALL} --fire none --episodes 1 {options}"
+    assert main(short.split()) == 0
+    assert told in capsys.readouterr().err
+    none = short.replace(" sweep", "")
+    assert main(f"{none} --out eval".split()) == 0
+    assert main(f"{AGAIN} --robots sweep".split()) == 0
+    guides = "robots_per_floor is 0: sweep guides nobody" in capsys.readouterr().err
+    assert guides == ("robots_per_floor" in options)
 
 
 @pytest.mark.slow

@@ -439,6 +439,19 @@ def test_the_answer_is_what_the_intervals_say(ppo, words):
     assert results.answer() in report.report_page(results, "a.png", "b.png")
 
 
+def test_one_training_tells_nothing_of_others():
+    """However far apart they are; the interval is over evacuations alone."""
+    alone = small(**COMPARED | {"seeds": [0]})
+    runs = [
+        result(f"{arm}-0", "random", seed, range(out), people=10)
+        for arm, out in (("learning", 9), ("ppo", 2))
+        for seed in range(20)
+    ]
+    told = Results(alone, runs).answer()
+    assert "under random: 70.0 [70.0, 70.0]: one training tells nothing of" in told
+    assert "saves more" not in told
+
+
 def test_the_page_says_what_was_asked_and_done():
     """Every row of the file, and the version, under the question."""
     asked = small(question="Is it *so*?")

@@ -18,6 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reference.paper import InputError
+from reference.workshop.comparing.matches import begin_evaluation, notes
 from reference.workshop.maps import (
     MistakesError,
     find_map,
@@ -225,6 +226,16 @@ def test_reads_a_pipe_to_its_end(tmp_path):
     assert read_map(path) == parse_map(HOUSE)
 
 
+def test_what_a_pipe_held_has_not_changed(tmp_path):
+    """It is not read again, nor waited for: nobody says that the map is another."""
+    path = tmp_path / "map.txt"
+    os.mkfifo(path)
+    Thread(target=path.write_text, args=(HOUSE,), daemon=True).start()
+    evaluation = begin_evaluation(building=str(path), people=2)
+    assert evaluation.arena.drawn.drawing == parse_map(HOUSE)
+    assert notes(evaluation) == []
+
+
 def test_refuses_a_pipe_that_nobody_writes_to(tmp_path, monkeypatch):
     """The system would wait for a writer for ever."""
     monkeypatch.setattr(files, "PIPE_SECONDS", 0.01)
@@ -279,7 +290,7 @@ def test_refuses_a_scribbled_drawing_only_in_its_own_words(scribbles):
 
 @pytest.mark.usefixtures("in_an_empty_folder")
 def test_a_floor_is_found_by_its_path_or_by_the_name_it_ships_under(tmp_path):
-    """A student's own file and `paper`, also where a folder is called so."""
+    """A student's own file and `paper`, also where a folder or a file is called so."""
     own = tmp_path / "paper.txt"
     own.write_text(HOUSE)
     assert find_map(own) == own
@@ -287,6 +298,10 @@ def test_a_floor_is_found_by_its_path_or_by_the_name_it_ships_under(tmp_path):
     (tmp_path / "paper").mkdir()
     assert find_map("paper") in SHIPPED
     assert find_map("paper.txt") == find_map("paper")
+    (tmp_path / "paper").rmdir()
+    (tmp_path / "paper").write_text(HOUSE)
+    assert find_map("paper") in SHIPPED
+    assert find_map("./paper") == Path("paper")
 
 
 @pytest.mark.parametrize("name", [3, None, b"tiny", ["tiny"]])

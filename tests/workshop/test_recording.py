@@ -5,6 +5,7 @@ import sqlite3
 import warnings
 from collections import Counter
 from contextlib import closing
+from errno import ENOSPC
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from reference.fire import RandomFire
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.maps import load
+from reference.workshop.measuring import recording
 from reference.workshop.measuring.recording import record
 from reference.workshop.strategies.guides import Sweep
 from reference.world import Died, LeftFloor
@@ -320,6 +322,20 @@ def test_refuses_a_folder_with_something_in_it(tmp_path, capsys):
         out, told = capsys.readouterr()
         assert out == "" and hint in told
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
+
+
+def test_what_came_is_told_though_it_cannot_be_recorded(tmp_path, capsys, monkeypatch):
+    """As with a film: the figures are there, then why the recording is not."""
+
+    def full(*_):
+        raise OSError(ENOSPC, "No space left on device", "rows")
+
+    monkeypatch.setattr(recording, "_file", full)
+    told = ["evacuate", "--building", "tiny", "--people", "2"]
+    assert main([*told, "--record", str(tmp_path / "rows")]) == 1
+    out, why = capsys.readouterr()
+    assert "person seconds" in out and "rows: cannot be written" in why
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_that_holds_only_a_lock_that_was_left_is_empty(tmp_path):

@@ -141,7 +141,7 @@ def test_train_takes_a_file_of_settings_and_a_checkpoint_as_opponent(run, capsys
 
 
 def test_what_settings_state_of_a_scenario_does_not_vary_by_lot(tmp_path):
-    """As with `--scenario`; the heading tells it once, and one building's is refused."""
+    """As with `--scenario`; the heading tells it once; one building's is refused."""
     pytest.importorskip("yaml")
     asked = Namespace(**dict.fromkeys(starting.OPTIONS))
     asked.preset = "any"

@@ -3,7 +3,7 @@
 from argparse import Namespace
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
 from math import isnan
 from pathlib import Path
@@ -109,6 +109,32 @@ class _Film:
         print_note(f"written: {self.path}")
 
 
+class _Record:
+    """The folder of a recording; why it could not be written is told later, too."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.error: OSError | None = None
+
+    @contextmanager
+    def of(self, simulation: Simulation) -> Iterator[Callable[[], None]]:
+        """Record a simulation in the block, as `recording` does."""
+        with ExitStack() as written:
+            yield written.enter_context(recording(simulation, self.folder))
+            try:
+                written.close()
+            except OSError as error:
+                self.error = error
+
+    def tell(self) -> None:
+        """Say what is written, and what to know of it. Raises OSError if it is not."""
+        if self.error:
+            raise self.error
+        print_note(f"written: {self.folder}")
+        for line in remarks(self.folder):
+            print_note(f"in {self.folder}: {line}")
+
+
 def _play_one_seed(
     pairs: Sequence[Pair], seed: int, film: _Film | None = None
 ) -> tuple[Arena, list[Facts]]:
@@ -156,25 +182,24 @@ def strategies(arguments: Namespace) -> None:
 def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells how many get out."""
     pairs = _pairs(arguments)
+    _refuse_within_record(arguments)
     robots, fires = zip(*pairs, strict=True)
     evaluation = begin_evaluation(
         robots, fires, **options.evaluation_options(arguments)
     )
-    if {*evaluation.arena.changes} - {"people"}:  # no option asked for that
-        print_note(evaluation.arena.about())
+    if {*evaluation.arena.changes} - {"people"} or evaluation.errors:
+        print_note(evaluation.where())
     for line in notes(evaluation):
         print_note(line)
     crowding = Crowding() if arguments.density else None
 
     played = []
     film = _Film(arguments.animate) if arguments.animate else None
-    filmed = film
-    folder = arguments.record
+    record = _Record(arguments.record) if arguments.record else None
+    of_first = film, record
     for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
-        played.append(_play_episode(evaluation, pairs, seed, filmed, folder, crowding))
-        # of the first one only
-        filmed = None
-        folder = None
+        played.append(_play_episode(evaluation, pairs, seed, *of_first, crowding))
+        of_first = None, None
 
     told = [_report(evaluation, runs) for runs in zip(*played, strict=True)]
     report = {"pairs": told} if len(told) > 1 else told[0]
@@ -187,12 +212,10 @@ def evacuate(arguments: Namespace) -> None:
 
         guides, foe = pairs[0]
         heading = _heading((titles[guides], titles[foe]))
-        save(crowding_map(crowding, heading), arguments.density)
-    for path in (arguments.record, arguments.density):
-        if path:
-            print_note(f"written: {path}")
-    for line in remarks(arguments.record) if arguments.record else ():
-        print_note(f"in {arguments.record}: {line}")
+        path = save(crowding_map(crowding, heading), arguments.density)
+        print_note(f"written: {path}")
+    if record:
+        record.tell()
     if film:
         film.tell()
 
@@ -216,6 +239,11 @@ def _pairs(arguments: Namespace) -> list[Pair]:
     robots = arguments.robots
     fires = arguments.fire
     count = max(len(robots), len(fires))
+    if count > min(len(robots), len(fires)) > 1:
+        raise ContradictionError(
+            f"--robots names {len(robots)}, --fire {len(fires)}: name as many, which "
+            "are paired in order, or one, which goes with all."
+        )
     if count > MOST_FILMED:
         raise ContradictionError(
             f"evacuate plays at most {MOST_FILMED} pairs; evaluate plays more."
@@ -223,24 +251,37 @@ def _pairs(arguments: Namespace) -> list[Pair]:
     return [(robots[k % len(robots)], fires[k % len(fires)]) for k in range(count)]
 
 
+def _refuse_within_record(arguments: Namespace) -> None:
+    """Raise ContradictionError for a file in the folder that is to be new or empty."""
+    if not arguments.record:
+        return
+    for option in ("density", "animate"):
+        path = getattr(arguments, option)
+        if path and path.resolve().is_relative_to(arguments.record.resolve()):
+            raise ContradictionError(
+                f"--{option}: is in the folder of --record, which is to hold "
+                "trajectories alone. Name another place."
+            )
+
+
 def _play_episode(
     evaluation: Evaluation,
     pairs: Sequence[Pair],
     seed: int,
     film: _Film | None = None,
-    folder: Path | None = None,
+    record: _Record | None = None,
     crowding: Crowding | None = None,
 ) -> list[Facts]:
     """Play a seed with each pair, side by side; return what came of each.
 
-    film: gets all;  folder: gets the first one's trajectories;  crowding: watches it
+    film: gets all;  record: gets the first one's trajectories;  crowding: watches it
     """
     matches = [(robots, fire, seed) for robots, fire in pairs]
     simulations = list(evaluation.simulations(matches))
     watchers = list[Callable[[], None]]()
     with ExitStack() as stack:
-        if folder:
-            watchers.append(stack.enter_context(recording(simulations[0], folder)))
+        if record:
+            watchers.append(stack.enter_context(record.of(simulations[0])))
         if crowding:
             watchers.append(crowding.watch(simulations[0]))
         going = ticks(simulations, watchers)  # nothing is played before it is asked for

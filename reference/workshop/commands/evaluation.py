@@ -198,7 +198,8 @@ def _keep_and_print_all(
         buildings.table_of_buildings(figures),
         "[95 % bootstrap intervals over runs; of differences, over seeds]",
         "half out, last out: of those who got out; died on floor: people a run",
-        "reward, h and E are of one building each: --json and --out tell them",
+        "reward, h, E and gains over a baseline are of one building each: --json and "
+        "--out tell them",
     ]
     out = arguments.out
     try:

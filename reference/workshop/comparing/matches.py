@@ -179,12 +179,16 @@ class Evaluation:
 
     def about(self) -> str:
         """Describe the evaluation in a line: where, under what, who, how often."""
-        off = f", errors of observation up to {self.errors} m" if self.errors else ""
         return (
-            f"{self.arena.about()}: "
+            f"{self.where()}: "
             f"{len(self.robots)} robots x {len(self.fires)} fires x {self.episodes} "
-            f"seeds from {self.seed} on, {len(self.runs):,} runs{off}"
+            f"seeds from {self.seed} on, {len(self.runs):,} runs"
         )
+
+    def where(self) -> str:
+        """Say where and under what, errors of observation included."""
+        off = f", errors of observation up to {self.errors} m" if self.errors else ""
+        return self.arena.about() + off
 
 
 def begin_evaluation(
@@ -270,11 +274,17 @@ def _scenario_of(learned: Mapping[str, Any], stated: Collection[str]) -> Scenari
 def notes(evaluation: Evaluation) -> list[str]:
     """Say what a reader of the runs would not expect, a line each.
 
-    That the drawing is not the one in the file of its name, and that a policy learned
-    under another scenario or with other numbers. Raises as `strategy_named` does.
+    That the drawing is not the one in the file of its name, that nobody guides, and
+    that a policy learned under another scenario or with other numbers. Raises as
+    `strategy_named` does.
     """
     arena = evaluation.arena
+    guides = [word for word in evaluation.robots if word != "none"]
     lines = []
+    if guides and not arena.scenario.robots_per_floor:
+        lines.append(f"robots_per_floor is 0: {', '.join(guides)} guides nobody")
+    if evaluation.errors and not (guides and arena.scenario.robots_per_floor):
+        lines.append("no robot observes anything: --errors changes nothing")
     kept = {arena.building: _digest_of_drawing(arena.drawn.drawing)}
     now = _meaning_of_map(arena)
     if now and now != kept:

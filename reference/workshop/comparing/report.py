@@ -105,7 +105,9 @@ class Results:
                 both = (self.values(row, column, "survival") for row in (one, other))
                 less = in_percent(interval_over_trainings(*both))
                 points = format_interval(less, 1, ends=True)
-                if less.low > 0:
+                if len(self.experiment.seeds) == 1:
+                    said = "one training tells nothing of others"
+                elif less.low > 0:
                     said = f"`{one}` saves more"
                 elif less.high < 0:
                     said = f"`{other}` saves more"

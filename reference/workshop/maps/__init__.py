@@ -56,9 +56,11 @@ def load(name: str | PathLike[str]) -> Building:
 def drawing_now(name: str | PathLike[str]) -> Drawing | None:
     """Read the drawing that a map's name loads now; None where no file can be read.
 
-    Raises MistakesError.
+    What a pipe held has been read. Raises MistakesError.
     """
     try:
+        if Path(name).is_fifo():
+            return None
         return load(name).drawing
     except OSError:
         return None
@@ -128,9 +130,11 @@ def find_map(name: str | PathLike[str], also: Iterable[str] = ()) -> Path:
     path = Path(name)
     bare = str(name).removesuffix(".txt")
     shipped = shipped_floors()
+    # What happens to be called "paper" does not hide the map of that name.
+    if str(name) in shipped:
+        return shipped[bare]
     if path.exists() and not path.is_dir():
         return path
-    # A folder that happens to be called "paper" does not hide the map of that name.
     if bare in shipped:
         return shipped[bare]
     hint = f"Give the path of one, or a name that ships: {', '.join(shipped)}."
