@@ -11,12 +11,15 @@ from pages import overlaps
 from processes import python
 from trainings import begun, equal, tiny
 
-from reference import Simulation, load
+from reference import Scenario, Simulation, load
 from reference.__main__ import main
+from reference.fire import RandomFire
 from reference.paper import InputError
 from reference.workshop.comparing.design import Experiment
 from reference.workshop.comparing.intervals import Interval
+from reference.workshop.comparing.named import strategy_named
 from reference.workshop.drawing.colours import colour_of
+from reference.workshop.engine import run_to_end
 from reference.workshop.storage.files import read_json
 from reference.workshop.storage.settings import read_yaml_file
 from reference.workshop.training.checkpoints import (
@@ -82,6 +85,37 @@ def test_every_training_and_the_guide_have_a_best_response(tmp_path):
     ]
     made = tmp_path / "out" / "best_responses" / "12"
     assert len([*made.glob("*/checkpoint-*.pt")]) >= 6
+
+
+@pytest.mark.slow
+def test_copies_of_more_and_less_are_played_beside_their_teacher(tmp_path):
+    """Once: what is made, played and asked is told again."""
+    asked = ("--evacuations", "4", "8", "--units", "--episodes", "1", "--asked", "1")
+    head, *lines, file = told("how_much_to_copy.py", *asked)[-4:]
+    assert head.split()[:2] == ["evacuations", "units"]
+    assert [line.split()[:2] for line in lines] == [["4", "128"], ["8", "128"]]
+    shares = [float(line.split()[-1]) for line in lines]
+    assert all(20 < share < 100 for share in shares)
+    assert (tmp_path / file).stat().st_size > 10_000
+    assert told("how_much_to_copy.py", *asked)[-4:] == [head, *lines, file]
+
+
+@pytest.mark.parametrize(("own", "agrees"), [("escort", True), ("patrol", False)])
+def test_a_teacher_that_is_asked_agrees_with_itself_alone(own, agrees, script):
+    """And what it says changes nothing."""
+    asked = script("how_much_to_copy").Asked(
+        strategy_named(own, "robots"), strategy_named("escort", "robots")
+    )
+    short = Scenario(people=12, time_limit=40)
+    alone, run = (
+        Simulation(load("tiny"), short, robots, RandomFire(), seed=3)
+        for robots in (asked.own, asked)
+    )
+    run_to_end([alone, run])
+    assert run.events == alone.events
+    team = run.robot_strategy
+    assert team.decisions > 20
+    assert (team.agreed == team.decisions) is agrees
 
 
 @pytest.mark.slow
