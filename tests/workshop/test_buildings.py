@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import asdict, replace
+from errno import ENOSPC
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from reference.__main__ import main
 from reference.paper import InputError, Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.workshop.comparing import runs
+from reference.workshop.comparing import buildings, runs
 from reference.workshop.comparing.buildings import (
     begin_in_buildings,
     compare_buildings,
@@ -298,6 +299,22 @@ def test_who_is_stopped_in_the_first_building_goes_on_in_both(huts):
     assert [*kept] == [*huts]
     assert play_in_buildings(kept, folder, InProcess()) == whole
     assert play_in_buildings(kept, folder, Stopped(0)) == whole
+
+
+def test_who_is_stopped_before_all_is_written_begins_anew(huts, monkeypatch):
+    """Of the first building nothing is left that would be in the way."""
+
+    def full(path, _):
+        raise OSError(ENOSPC, "No space left on device", str(path))
+
+    folder = Path("out")
+    with monkeypatch.context() as patched:
+        patched.setattr(buildings, "write_json", full)
+        with pytest.raises(OSError, match="No space left"):
+            play_in_buildings(begun(*huts), folder, InProcess())
+    assert list(folder.iterdir()) == []
+    play_in_buildings(begun(*huts), folder, InProcess())
+    assert [*resume_in_buildings(folder, (), ())] == [*huts]
 
 
 def test_one_building_is_evaluated_as_ever(huts):

@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import rmtree
 from typing import Any
 
 from reference.paper import InputError
@@ -147,14 +148,24 @@ def play_in_buildings(
 
 
 def _write_beginning(evaluations: Evaluations, folder: Path) -> None:
-    """Write what a resume needs, before the first run of the first building."""
-    make_folder(folder)
-    for name, path in folders_of(evaluations, folder).items():
-        if path and not (path / matches.EVALUATION_FILE).exists():
-            make_folder(path)
-            matches.write_evaluation(evaluations[name], path)
-    names = [evaluation.arena.building for evaluation in evaluations.values()]
-    write_json(folder / BUILDINGS_FILE, {"buildings": names})
+    """Write what a resume needs, before the first run of the first building.
+
+    Nothing stays of what is stopped on the way: nobody could go on with a part.
+    """
+    made = list[Path]()
+    try:
+        make_folder(folder)
+        for name, path in folders_of(evaluations, folder).items():
+            if path and not (path / matches.EVALUATION_FILE).exists():
+                made.append(path)
+                make_folder(path)
+                matches.write_evaluation(evaluations[name], path)
+        names = [evaluation.arena.building for evaluation in evaluations.values()]
+        write_json(folder / BUILDINGS_FILE, {"buildings": names})
+    except BaseException:
+        for path in made:
+            rmtree(path, ignore_errors=True)
+        raise
 
 
 # -- What it comes to ---------------------------------------------------------------
