@@ -120,9 +120,10 @@ def test_a_teacher_that_is_asked_agrees_with_itself_alone(own, agrees, script):
 
 @pytest.mark.slow
 def test_who_guards_moves_fires_and_who_does_not_moves_none():
-    """Of the second fire, that guards are quick enough for."""
-    asked = ("escort", "guard", "--episodes", "3")
-    _, *lines = told("who_stands_in_the_way.py", *asked)
+    """Of the second fire, that guards are quick enough for; the picture shows it."""
+    asked = ("escort", "guard", "--episodes", "3", "--picture", "guards.png")
+    _, *lines, file = told("who_stands_in_the_way.py", *asked)
+    assert Path(file).stat().st_size > 10_000
     moves = {line.split()[0]: float(line.split()[4]) for line in lines}
     assert moves["escort"] == 0 < moves["guard"] <= 8
 
