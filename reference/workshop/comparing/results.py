@@ -327,13 +327,19 @@ def scenario_as_json(arena: Arena) -> dict[str, Any]:
 
 
 def cell_as_json(cell: Any) -> dict[str, Any]:
-    """A record's figures by name, each with the ends of its interval."""
-    return {name: _plain(value) for name, value in vars(cell).items()}
+    """A record's figures by name, each with the ends of its interval; of one run None.
+
+    cell: has n, its runs
+    """
+    return {name: _plain(value, cell.n == 1) for name, value in vars(cell).items()}
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Any, alone: bool) -> Any:
     """An interval as an object of rounded numbers; several as a list."""
     if isinstance(value, Interval):
         ends = value._asdict()
-        return {name: round(end, DECIMALS_WRITTEN) for name, end in ends.items()}
-    return [*map(_plain, value)] if isinstance(value, tuple) else value
+        written = {name: round(end, DECIMALS_WRITTEN) for name, end in ends.items()}
+        return written | {"low": None, "high": None} if alone else written
+    if isinstance(value, tuple):
+        return [_plain(each, alone) for each in value]
+    return value
