@@ -737,6 +737,16 @@ def test_code_that_imports_numbers_changes_them_once(mine, monkeypatch):
     assert paper.FIXED_PENALTY == 2000
 
 
+@pytest.mark.parametrize("name", ["numpy", "json", "os.path", "time", "numpy.random"])
+def test_refuses_modules_that_the_program_itself_needs_and_leaves_them(name, capsys):
+    """Imported anew, they and all that they import were there twice."""
+    before = dict(sys.modules)
+    status, told = refusal(capsys, *f"{MATCH} {name}:Guide --fire none".split())
+    assert f"{name}:Guide: '{name}' is no code of yours, but Python's own" in told
+    assert status == 1
+    assert all(sys.modules.get(each) is module for each, module in before.items())
+
+
 def test_code_that_changes_while_it_is_played_is_refused(mine):
     """One name would stand for two strategies in a table."""
     evaluation = matches.begin_evaluation([f"{mine}:Guide"], ["none"], "tiny", people=2)

@@ -47,7 +47,7 @@ from reference.building import Building
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario, check_player
 from reference.workshop.storage.numbers import paper_numbers
-from reference.workshop.storage.runs import digests_of_code
+from reference.workshop.storage.runs import INSTALLED, digests_of_code
 from reference.workshop.storage.words import did_you_mean
 from reference.workshop.storage.workers import is_being_stopped
 from reference.workshop.strategies.trained import Trained
@@ -305,12 +305,22 @@ def _file_of(word: str) -> Path:
     raise InputError(f"{word}: name a module, not a folder.")
 
 
+IMPORTED: set[str] = set()
+"""Modules that were first imported because a word names them."""
+
+
 def _import_anew(word: str) -> ModuleType:
     """Import a module, and those that it imports from its folder, as if never before.
 
     The first time, it may change the paper's numbers; whoever plays has them already.
+    Raises InputError for a module that this program needs as it is.
     """
     name = word.partition(":")[0]
+    if name in sys.modules and name not in IMPORTED and _is_of_others(name):
+        raise InputError(
+            f"{word}: '{name}' is no code of yours, but Python's own, or installed. "
+            "Call your file otherwise, as mine.py, and name it mine:Guide."
+        )
     before = paper_numbers()
     again = name in sys.modules or parent_process() is not None
     if name in sys.modules and name.split(".")[0] != reference.__name__:
@@ -327,9 +337,21 @@ def _import_anew(word: str) -> ModuleType:
     return module
 
 
+def _is_of_others(name: str) -> bool:
+    """Tell whether a module that is imported is Python's own, or installed."""
+    file = getattr(sys.modules[name], "__file__", None)
+    if file is None:  # a folder of one's own, or built in
+        return name in sys.builtin_module_names
+    standard = Path(os.__file__).parent
+    path = Path(file)
+    return path.is_relative_to(standard) or bool({*INSTALLED} & {*path.parts})
+
+
 def _import_module(word: str) -> ModuleType:
     """Import a module, first from the current folder."""
     name = word.partition(":")[0]
+    if name not in sys.modules:
+        IMPORTED.add(name)
     if sys.path[0] not in ("", os.getcwd()):  # as for a script that is started here
         sys.path.insert(0, os.getcwd())
     try:
