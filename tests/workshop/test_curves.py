@@ -16,6 +16,7 @@ from reference.fire import RandomFire
 from reference.learning.players import LearnedNetwork
 from reference.simulation import Simulation
 from reference.workshop.commands.training import _differences
+from reference.paper import InputError
 from reference.workshop.drawing import curves
 from reference.workshop.drawing.colours import colour_of
 from reference.workshop.drawing.evacuation import EMBER
@@ -104,6 +105,20 @@ def test_refuses_a_folder_without_a_table(tmp_path):
     """The message says what would do."""
     with pytest.raises(FileNotFoundError, match=r"Name the folder of a training"):
         curves.read_summaries(tmp_path)
+
+
+@pytest.mark.parametrize("column", [1, 3])
+def test_refuses_a_table_whose_rows_are_out_of_order(run, tmp_path, column):
+    """Of episodes or of a side's steps: a running mean of them would be none."""
+    run("a", TOGETHER)
+    file = tmp_path / "a" / "summaries.csv"
+    head, first, *others = file.read_text().splitlines()
+    cells = first.split(",")
+    cells[column] = "100000"
+    file.write_text("\n".join([head, ",".join(cells), *others, ""]))
+    told = r"summaries.csv: its rows are not in the order of episodes and steps. Put"
+    with pytest.raises(InputError, match=told):
+        curves.read_summaries(file)
 
 
 def test_refuses_a_training_that_has_only_imitated_so_far(run):

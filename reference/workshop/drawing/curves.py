@@ -47,7 +47,7 @@ def read_summaries(path: str | Path) -> TrainingTable:
     """Read a table, or the one in a folder.
 
     A last line without its end is still being written and left out. Raises ValueError
-    for what is no such table, OSError where there is none.
+    for what is no such table or is not in its order, OSError where there is none.
     """
     path = Path(path)
     file = path / summaries.SUMMARIES if path.is_dir() else path
@@ -61,6 +61,14 @@ def read_summaries(path: str | Path) -> TrainingTable:
         name: np.array([row[name] for row in rows])
         for name in summaries.SUMMARY_COLUMNS
     }
+    counts = [columns["episodes"]]
+    for side in set(columns["side"]):
+        counts.append(columns["step"][columns["side"] == side])
+    if not all((np.diff(count) >= 0).all() for count in counts):
+        raise InputError(
+            f"{file}: its rows are not in the order of episodes and steps. Put them in "
+            "the order in which the training wrote them, or name another folder."
+        )
     return TrainingTable(path.name, columns)
 
 
