@@ -14,9 +14,9 @@ from trainings import TINY, tiny, trained
 from reference.__main__ import main
 from reference.fire import RandomFire
 from reference.learning.players import LearnedNetwork
+from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.commands.training import _differences
-from reference.paper import InputError
 from reference.workshop.drawing import curves
 from reference.workshop.drawing.colours import colour_of
 from reference.workshop.drawing.evacuation import EMBER
