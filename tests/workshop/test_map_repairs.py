@@ -264,6 +264,16 @@ def test_a_row_of_words_is_no_comment(row):
 # -- Hints --------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("note", ["; wall of room #", ";E", "   ; ##", "; way out E"])
+@pytest.mark.parametrize("size", ["14 x 5", "16 x 5"])
+def test_a_note_behind_a_row_stays_a_note_whatever_it_ends_with(note, size):
+    """It had been drawn: what makes a row too wide stands between no signs of it."""
+    row = "#AA+.hall+lab#"
+    text = HOUSE.replace(row, f"{row}{note}").replace("14 x 5", size)
+    repair = repair_text(text.replace(".....", "..,.."))
+    assert (repair.text, repair.left) == (text, None)
+
+
 @pytest.mark.parametrize("path", [*BAD, *CASES], ids=named)
 def test_every_hint_obeyed_leaves_fewer_mistakes(path):
     """Each by itself and all together: fewer of its stage, or a later stage."""

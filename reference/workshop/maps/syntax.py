@@ -98,9 +98,16 @@ _MEANS = re.compile(r"E*([A-D]*|[a-z][a-z0-9]*)E*")
 
 
 def _notes_in_rows(page: Page) -> Iterator[Mistake]:
-    """Find a `;` between the signs of a row: what is behind it is drawn, too."""
+    """Find a `;` between the signs of a row: what is behind it is drawn, too.
+
+    What makes the row wider than the drawing is a note.
+    """
+    said = page.size[0] if page.settings["size"] else 0
+    columns = min(said or MOST_CELLS, page.drawn["columns"])
     for row in page.rows:
         start = len(row.code)
+        if len(row.written.rstrip()) > columns:
+            continue
         if re.fullmatch(r";[#.+EA-Da-z0-9 ]*[#+E]\s*", row.written[start:]):
             beside = {row.code[-1:], row.written[start + 1]}
             plain = beside.pop() if len(beside) == 1 else "."
