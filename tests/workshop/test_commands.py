@@ -814,6 +814,15 @@ def test_bench_measures_the_world_both_learners_and_rollouts(
                     assert figure > 0
 
 
+def test_bench_refuses_a_map_without_room_for_the_papers_people(tmp_path, capsys):
+    """How many they are, it is not asked; so another map is what helps."""
+    path = tmp_path / "hut.txt"
+    path.write_text("building: Hut\nsize: 5 x 3\nfloor 1: ground\n#####\n#...E\n#####")
+    status, told = refusal(capsys, "bench", "--building", str(path))
+    assert status == 1
+    assert f"{path}: is too small: 40 people take part in what is measured" in told
+
+
 def test_a_figure_that_rounds_to_0_has_no_sign():
     """Nothing is less than nothing."""
     figures = [format_figure(value) for value in (-0.001, 0.001, -0.01, 1234.5)]

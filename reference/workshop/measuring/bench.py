@@ -87,11 +87,18 @@ def measure_speed(name: str, seed: int) -> dict[str, dict[str, Figures]]:
                         an update counted; robots by MA-POCA, fire by PPO
 
     What the engine would have measured is None where it stands aside. Networks are
-    untrained, so episodes last long. Raises what reading a map raises.
+    untrained, so episodes last long. Raises what reading a map raises, and InputError
+    for a building in which the people of the presets do not fit.
     """
     start = process_time()
     building = Building(read_map(find_map(name)))
-    Simulation(building)
+    try:
+        Simulation(building)
+    except InputError as error:
+        raise InputError(
+            f"{name}: is too small: {paper.PEOPLE} people take part in what is "
+            "measured. Name a larger map."
+        ) from error
     loading = process_time() - start
 
     ticks: dict[str, Figures] = {}
