@@ -6,6 +6,7 @@ Each has its clause and what it means; where the choice matters, why.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from inspect import iscoroutinefunction, signature
+from math import hypot, sqrt
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -221,6 +222,7 @@ class InputError(ValueError):
 
 
 MOST = 10_000  # people, robots of a floor, sources, metres of sight
+MOST_SIGHT_BYTES = 2e9  # [B1, chosen] a byte for each pair of places in sight
 LONGEST = 1_000_000  # seconds, eleven days, or metres: longer than anything here
 
 
@@ -292,6 +294,25 @@ def check_objects(
         raise InputError(
             f"the world is of {world.building.title!r}, the building is "
             f"{building.title!r}: give the world's own `building`"
+        )
+    _check_fit(building, scenario or Scenario(), world)
+
+
+def _check_fit(building: Any, scenario: "Scenario", world: Any) -> None:
+    """Raise InputError for a sight too far for this building, or another clock."""
+    diagonal = hypot(*building.kind.shape[1:])  # nobody sees farther
+    most = (sqrt(MOST_SIGHT_BYTES / building.kind.size) - 1) / 2
+    if min(scenario.sight_range, diagonal) > most:
+        raise InputError(
+            f"sight_range is {scenario.sight_range:g}: in a building as large as "
+            f"{building.title!r} it must be at most {int(most)} metres, since what is "
+            "seen from where is kept in memory"
+        )
+    ticks = 0.0 if world is None else world.time / scenario.tick
+    if abs(ticks - round(ticks)) > 1e-6:
+        raise InputError(
+            f"the world is at {world.time:g} s, between two ticks of "
+            f"{scenario.tick:g} s: go on with ticks that end there"
         )
 
 
@@ -370,6 +391,7 @@ class Scenario:
             object.__setattr__(self, "people_per_floor", counts)
         self._check_counts()
         self._round_to_ticks()
+        self._check_steps()
 
     def _check_numbers(self) -> None:
         limit_of = limits()
@@ -415,6 +437,15 @@ class Scenario:
             )
         ticks = round(self.decision_seconds / self.tick)
         object.__setattr__(self, "decision_seconds", ticks * self.tick)
+
+    def _check_steps(self) -> None:
+        fastest = WALKING_SPEED + 2 * WALKING_SPREAD
+        if fastest * self.tick >= 1:  # a cell
+            raise InputError(
+                f"people walk at up to {fastest:g} m/s, a metre or more in a tick of "
+                f"{self.tick:g} s, and would pass through walls: lower WALKING_SPEED "
+                "or WALKING_SPREAD of reference/paper.py, or take fewer frames_per_tick"
+            )
 
     @property
     def tick(self) -> float:

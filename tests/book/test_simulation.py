@@ -26,6 +26,7 @@ from scipy.spatial.distance import pdist
 from reference import paper
 from reference.building import Building, Kind
 from reference.fire import RandomFire, burnable, cells_around_clearance
+from reference.floorplan import parse
 from reference.navigation import navigation_of
 from reference.paper import InputError, Scenario
 from reference.rays import sight_of
@@ -124,6 +125,39 @@ def test_a_strategy_that_is_empty_is_no_absent_one():
     sim = Simulation(shipped("tiny"), Scenario(people=3), EmptyGuide())
     assert type(sim.robot_strategy) is EmptyGuide
     assert sim.world.robots
+
+
+def test_refuses_a_world_between_two_ticks():
+    """Its clock would jump; where a tick ends in both, the run goes on from there."""
+    sim = Simulation(shipped("tiny"), Scenario(people=2))
+    for _ in range(5):
+        sim.step()
+    with pytest.raises(InputError, match=r"world is at 1 s, between two ticks of 0.14"):
+        Simulation(sim.building, Scenario(frames_per_tick=7), world=sim.world)
+    on = Simulation(sim.building, Scenario(frames_per_tick=25), world=sim.world)
+    on.step()
+    assert on.world.time == 1.5
+
+
+def test_refuses_a_sight_whose_tables_would_not_fit_into_memory():
+    """Of a large map they grow with the square of sight; in a small one all is seen."""
+    rows = ["#" * 200, *["#" + "." * 198 + "#"] * 198, "E" * 200]
+    text = "\n".join(["building: Hall", "size: 200 x 200", "floor 1: ground", *rows])
+    hall = Building(parse(text))
+    told = "sight_range is 10000: in a building as large as 'Hall' it must be at most"
+    with pytest.raises(InputError, match=f"{told} 111 metres"):
+        Simulation(hall, Scenario(people=1, sight_range=10_000))
+    Simulation(shipped("tiny"), Scenario(people=1, sight_range=10_000)).step()
+
+
+@pytest.mark.parametrize("number", ["WALKING_SPEED", "WALKING_SPREAD"])
+def test_refuses_people_who_would_step_through_walls(number, monkeypatch):
+    """A step of a metre or more may end beyond a wall."""
+    monkeypatch.setattr(paper, number, 5.0)
+    told = rf"in a tick of 0.2 s, .* walls: lower {number}|or {number}"
+    with pytest.raises(InputError, match=told):
+        Scenario()
+    Scenario(frames_per_tick=3)
 
 
 class Saying:
