@@ -3,13 +3,15 @@
 Each has its clause and what it means; where the choice matters, why.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from inspect import iscoroutinefunction, signature
 from math import hypot, sqrt
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, NamedTuple
+
+import numpy as np
 
 # -- The building (Appendix A) ------------------------------------------------------
 
@@ -335,6 +337,44 @@ def check_seed(seed: Any) -> None:
     """Raise InputError for what is no whole number of 0 or more."""
     if isinstance(seed, bool) or not isinstance(seed, Integral) or seed < 0:
         raise InputError(f"seed is {seed!r:.60}: it must be a whole number, 0 or more")
+
+
+def are_numbers(value: Any, count: int) -> bool:
+    """Is it `count` numbers, none masked, each below LONGEST in size?"""
+    try:
+        numbers = np.asarray(value)
+    except ValueError:
+        return False
+    if numbers.shape != (count,) or numbers.dtype.kind not in "biuf":
+        return False
+    small = abs(numbers.astype(float)) < LONGEST
+    return bool(small.all()) and not np.ma.is_masked(value)
+
+
+def check_action(agent: str, actions: Any, size: int, keep: bool) -> np.ndarray:
+    """Read an agent's action: (size,) numbers; all nan only where that means to keep.
+
+    Raises InputError, which names the agent.
+    """
+    if not isinstance(actions, Mapping):
+        raise InputError(
+            f"actions are a {type(actions).__name__}: give a dict with an action "
+            "for each of `agents`"
+        )
+    if agent not in actions:
+        raise InputError(f"{agent} is still there, but has no action")
+    action = actions[agent]
+    wanted = f"{agent}: an action is {size} numbers from -1 to 1"
+    try:
+        if np.iscomplexobj(action) or np.ma.is_masked(action):
+            raise TypeError
+        numbers = np.asarray(action, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{wanted}, not {action!r:.60}") from None
+    kept = keep and np.isnan(numbers).all()
+    if numbers.shape != (size,) or not (kept or np.isfinite(numbers).all()):
+        raise InputError(f"{wanted}, not {numbers.tolist()!s:.60}")
+    return numbers
 
 
 def check_number(name: str, value: Any, limit: Limits, whole: bool) -> None:

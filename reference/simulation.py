@@ -23,7 +23,7 @@ from reference.beginning import generators, starting_world
 from reference.building import Building, Kind
 from reference.fire import FireStrategy, NoFire, SourceGenerator, Spread, cells_beside
 from reference.navigation import navigation_of
-from reference.paper import InputError, Scenario, check_objects, check_seed
+from reference.paper import InputError, Scenario, are_numbers, check_objects, check_seed
 from reference.rays import sight_of
 from reference.rewards import group_reward
 from reference.robots import Destinations, NoRobots, RobotAlgorithm, RobotStrategy
@@ -223,13 +223,14 @@ class Simulation:
     def _ask_robots(self, team: list[Robot]) -> Destinations:
         """Ask the strategy where these robots go. Raises InputError for no decision."""
         answers = self.robot_strategy.decide(self.world, team, self.rng["robots"])
-        if not hasattr(answers, "__len__") or len(answers) != len(team):
+        is_list = hasattr(answers, "__len__") and np.iterable(answers)
+        if not is_list or len(answers) != len(team):
             raise InputError(
                 f"the robots' decide returned {answers!r:.60}: give a list, with "
                 f"(x, y) or None for each of the {len(team)} robots at work"
             )
         for answer in answers:
-            if answer is not None and not _is_numbers(answer, 2):
+            if answer is not None and not are_numbers(answer, 2):
                 raise InputError(
                     f"a robot is sent to {answer!r:.60}, which is no place: give "
                     "(x, y), metres, or None"
@@ -243,7 +244,7 @@ class Simulation:
         if decision is None:
             return
         floors = range(world.building.floors)
-        if not _is_numbers(decision, 3) or decision[0] not in floors:
+        if not are_numbers(decision, 3) or decision[0] not in floors:
             raise InputError(
                 f"the fire decides for {decision!r:.60}, which is no place: give "
                 f"(floor, x, y), floor 0 to {floors[-1]} and metres, or None"
@@ -389,14 +390,3 @@ class Simulation:
         health = float(self.world.bodies.health[i])
         left = LeftFloor(self.world.time, person=i, floor=floor, health=health)
         self.events.append(left)
-
-
-def _is_numbers(value: object, count: int) -> bool:
-    """Is it `count` numbers, each below LONGEST in size?"""
-    try:
-        numbers = np.asarray(value)
-    except ValueError:
-        return False
-    if numbers.shape != (count,) or numbers.dtype.kind not in "biuf":
-        return False
-    return bool((abs(numbers) < paper.LONGEST).all())

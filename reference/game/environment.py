@@ -18,7 +18,13 @@ import numpy as np
 from reference.building import Building
 from reference.fire import Decision, FireStrategy
 from reference.game import observations
-from reference.paper import InputError, Scenario, check_objects, check_seed
+from reference.paper import (
+    InputError,
+    Scenario,
+    check_action,
+    check_objects,
+    check_seed,
+)
 from reference.rewards import fire_reward, group_reward
 from reference.robots import Destination, Destinations, RobotStrategy
 from reference.simulation import Simulation
@@ -39,6 +45,11 @@ StepResult = tuple[
 
 
 # -- Actions ------------------------------------------------------------------------
+
+
+def action_size(agent: str) -> int:
+    """Size of an action: a robot's x, y [C5]; the fire's floor, x, y [D2]."""
+    return 3 if agent == FIRE else 2
 
 
 def destination(building: Building, action: np.ndarray) -> Destination | None:
@@ -175,16 +186,19 @@ class Environment:
     def step(self, actions: Mapping[str, Any]) -> StepResult:
         """Take one decision of all agents; play until the next one.
 
-        Actions of agents that have left are ignored. Raises KeyError for one that is
-        missing; `workshop.zoo` checks others' actions and says what is wrong.
+        Actions of agents that have left are ignored. Raises InputError, which names
+        the agent, for one that is missing or invalid, and RuntimeError before `reset`.
         """
         run = self.simulation
         agents = self.agents
+        if not agents and not run.done:
+            raise RuntimeError("call reset() before step()")
         already = len(run.events)
         chosen: dict[str, Any] = {}
         for agent in agents:
             read = fire_decision if agent == FIRE else destination
-            action = np.asarray(actions[agent], dtype=np.float64)
+            size = action_size(agent)
+            action = check_action(agent, actions, size, keep=agent != FIRE)
             chosen[agent] = read(self.building, action)
         if isinstance(run.robot_strategy, AgentRobots):
             run.robot_strategy.chosen = [chosen.get(a) for a in self._robot_agents]

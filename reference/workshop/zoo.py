@@ -61,11 +61,11 @@ from reference.building import Building
 from reference.fire import FireStrategy
 from reference.game import observations
 from reference.game.environment import (
-    FIRE,
     Environment,
     Infos,
     Observations,
     StepResult,
+    action_size,
 )
 from reference.paper import Scenario, check_seed
 from reference.robots import RobotStrategy
@@ -76,11 +76,6 @@ from reference.workshop.maps import load
 from reference.workshop.strategies.trained import flat_vectors
 
 SO_FAR = ("evacuated", "died", "inside", "reward", "simulated_seconds")
-
-
-def action_size(agent: str) -> int:
-    """Size of an action: a robot's x, y [C5]; the fire's floor, x, y [D2]."""
-    return 3 if agent == FIRE else 2
 
 
 class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
@@ -168,20 +163,8 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         return seen
 
     def step(self, actions: Mapping[str, Any]) -> StepResult:
-        """Take one decision of all agents; see `Environment.step`.
-
-        Raises ValueError, which names the agent, for an action that is missing or
-        invalid, or for what is no mapping, and RuntimeError before the first reset.
-        """
-        if not self._begun:
-            raise RuntimeError("call reset() before step()")
-        if not isinstance(actions, Mapping):
-            raise ValueError(
-                f"actions are a {type(actions).__name__}: give a dict with an action "
-                "for each of `agents`"
-            )
-        checked = {a: _checked(a, actions) for a in self.environment.agents}
-        seen, rewards, ended, cut, infos = self.environment.step(checked)
+        """Take one decision of all agents; see `Environment.step`."""
+        seen, rewards, ended, cut, infos = self.environment.step(actions)
         outcome = self.environment.simulation.outcome()
         self._so_far = {name: float(getattr(outcome, name)) for name in SO_FAR}
         return self._seen(seen), rewards, ended, cut, self._with_outcome(infos)
@@ -212,25 +195,6 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
     def __getstate__(self) -> dict[str, Any]:
         """Leave the page of pictures behind, when it is copied to another process."""
         return {name: value for name, value in vars(self).items() if name != "_film"}
-
-
-def _checked(agent: str, actions: Mapping[str, Any]) -> np.ndarray:
-    """Read an agent's action as numbers. Raises ValueError, which names the agent."""
-    if agent not in actions:
-        raise ValueError(f"{agent} is still there, but has no action")
-    action = actions[agent]
-    size = action_size(agent)
-    wanted = f"{agent}: an action is {size} numbers from -1 to 1"
-    try:
-        if np.iscomplexobj(action):
-            raise TypeError
-        numbers = np.asarray(action, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{wanted}, not {action!r}") from None
-    keep = agent != FIRE and np.isnan(numbers).all()
-    if numbers.shape != (size,) or not (keep or np.isfinite(numbers).all()):
-        raise ValueError(f"{wanted}, not {numbers.tolist()}")
-    return numbers
 
 
 class FlatEnvironment(ZooEnvironment):

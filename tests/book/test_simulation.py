@@ -186,6 +186,9 @@ class Saying:
         (["here"] * 4, "which is no place"),
         ([("1", "2")] * 4, "which is no place"),
         ([(10**400, 2)] * 4, "which is no place"),
+        (np.array(3.0), "give a list"),
+        (np.ma.masked_all((4, 2)), "which is no place"),
+        ([np.array([inf, 1.0], np.float16)] * 4, "which is no place"),
     ],
 )
 def test_refuses_to_send_robots_nowhere(answer, told):
@@ -202,12 +205,15 @@ def test_refuses_to_send_robots_nowhere(answer, told):
         (0, nan, 1.0),
         (0, "1", "2"),
         (1.0, 1.0),
+        np.ma.array([0.0, 1.0, 1.0], mask=[True, False, False]),
         7,
     ],
 )
 def test_refuses_a_fire_where_there_is_no_floor(decision):
     """It would burn somewhere else, as an occupied place does [D6]."""
-    told = r"for .*, which is no place: give \(floor, x, y\), floor 0 to 1 and metres"
+    told = (
+        r"(?s)for .*, which is no place: give \(floor, x, y\), floor 0 to 1 and metres"
+    )
     sim = Simulation(shipped("tiny"), fire=Saying(decision))
     with pytest.raises(InputError, match=told):
         for _ in ticks(sim):

@@ -1,6 +1,7 @@
 """The environment: who acts when, what it pays, how it ends."""
 
 from itertools import pairwise
+from math import inf, nan
 
 import numpy as np
 import pytest
@@ -107,6 +108,36 @@ def test_refuses_a_seed_that_is_no_whole_number(seed):
     with pytest.raises(InputError, match="seed is "):
         environment.reset(seed)
     assert environment.simulation is before
+
+
+@pytest.mark.parametrize(
+    ("action", "told"),
+    [
+        ([0.0] * 3, "robot_1: an action is 2 numbers from -1 to 1"),
+        ([0.0, nan], "robot_1: an action is 2 numbers"),
+        ([0.0, inf], "robot_1: an action is 2 numbers"),
+        (np.ma.masked_all(2), "robot_1: an action is 2 numbers"),
+        ("north", "robot_1: an action is 2 numbers"),
+    ],
+)
+def test_refuses_an_action_that_is_none_by_its_agent(action, told):
+    """In words, and before anything moves."""
+    environment = game()
+    actions = dict.fromkeys(environment.agents, [0.0] * 2) | {FIRE: [0.0] * 3}
+    with pytest.raises(InputError, match=told):
+        environment.step(actions | {"robot_1": action})
+    with pytest.raises(InputError, match="fire_0: an action is 3 numbers"):
+        environment.step(actions | {FIRE: [nan] * 3})
+    with pytest.raises(InputError, match="fire_0 is still there, but has no action"):
+        environment.step({name: actions[name] for name in actions if name != FIRE})
+    assert environment.simulation.world.time == 0
+
+
+def test_refuses_a_step_before_the_first_reset():
+    """After an episode's end it is none either, but does no harm."""
+    environment = Environment(shipped("tiny"), Scenario(people=2))
+    with pytest.raises(RuntimeError, match=r"call reset\(\) before step\(\)"):
+        environment.step({})
 
 
 # -- Observations and infos ---------------------------------------------------------
