@@ -325,7 +325,7 @@ def test_a_training_that_cannot_be_leaves_no_workers(capsys):
         (["--building", "nowhere"], 1, "nowhere"),
         (["--building", "randon"], 1, "Did you mean 'random'?"),
         (["--building", "tiny", "randon"], 1, "Did you mean 'random'?"),
-        (["--building", "hut.txt"], 1, "nothing can burn there"),
+        (["--building", "hut.txt"], 1, "Hut: nothing can burn there"),
         (["--scenario", "time_limit=1"], 1, "fire: nothing to decide in a whole round"),
         (["--resume", "--out", "no/such/run"], 1, "no/such/run: "),
     ],

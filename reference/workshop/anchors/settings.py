@@ -274,7 +274,10 @@ class MixtureOfFire(PolicyCodec):
         marks = range(len(building.landmarks))
         places = np.array(places_beside(building, marks))
         if not len(places):
-            raise InputError("nothing can burn there. Draw more, or take --fire none.")
+            raise InputError(
+                f"{building.title}: nothing can burn there. Draw more, or take --fire "
+                "none."
+            )
         storeys = places // (nav.places // building.floors)
         self.anchors = np.column_stack([storeys, nav.centres[places] / UNIT])
 

@@ -52,7 +52,9 @@ def begin_training(asked: Namespace) -> Training:
         print(f"note: {note}", file=sys.stderr)
 
     if building is not None and "fire" not in fixed and not lightable(building).any():
-        raise InputError("nothing can burn there. Draw more, or take --fire none.")
+        raise InputError(
+            f"{building.title}: nothing can burn there. Draw more, or take --fire none."
+        )
     task = Task(
         building=" ".join(names),
         plan="" if building is None else maps.plan_of(building),
