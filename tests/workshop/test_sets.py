@@ -318,7 +318,7 @@ def test_sets_and_guides_guess_alike_who_leads_whom():
         bodies = as_observed(world).bodies
         led = bodies.leader != NOBODY
         for robot, mine, people in zip(
-            world.robots, view.mine, view.humans, strict=True
+            world.robots, view.mine, view.people, strict=True
         ):
             way = metres_between(nav, np.array(robot.place), bodies.place)
             own = may_lead(bodies.leader == robot.body, led, way)

@@ -96,15 +96,16 @@ class RobotView:
     """What robots observe, in their frames.
 
     What is seen: people first, then robots (me first), then fires.
-    points  (B, n + R + F, 3) metres and storey;  people, robots, fires  slices of them
+    points  (B, n + R + F, 3) metres and storey
+    of_people, of_robots, of_fires  slices: which columns of points are theirs
     there   (B, n + R + F) bool: which are not `ABSENT_POINT`
     places  (B, n + R + F) where they stand
     far     (B, n + R + F) metres on foot from me
 
     Me.
     me, floor, place  (B, 2) metres, (B,), (B,): where I stand
-    spot        (B, 2) metres, nan for none: where I am headed [C6]
-    to_way_out  (B,) bool: headed to a way out [C7]
+    destination  (B, 2) metres, nan for none: where I am headed [C6]
+    to_way_out   (B,) bool: headed to a way out [C7]
 
     People, (B, n) in the order of the vector.
     alone   bool: nobody leads them;  lost  bool: those of them on my floor
@@ -115,7 +116,7 @@ class RobotView:
     marks   (B, m, 2) metres, nan for none: ways out and feet of stairs, each nearest
             first; then places to guard in the map's order, so that each keeps its
             number
-    outs, feet, rims  slices of them
+    of_outs, of_feet, of_rims  slices: which columns of marks are of this kind
     to_marks  (B, m) metres on foot;  headed_to  (B, m) bool: where I am headed
 
     Anchors.
@@ -138,40 +139,42 @@ class RobotView:
         # Metres in float64, as the simulation has them.
         parts = [self.seen[name] for name in ("humans", "robots", "fires")]
         self.points = np.concatenate(parts, axis=1, dtype=np.float64)
-        self.people, self.robots, self.fires = _slices(part.shape[1] for part in parts)
+        slices = _slices(part.shape[1] for part in parts)
+        self.of_people, self.of_robots, self.of_fires = slices
         self.there = self.points[..., 2] > -0.5
 
         # where all of it is, and how far from me
-        own = self.points[:, self.robots][:, 0]
+        own = self.points[:, self.of_robots][:, 0]
         self.me = own[:, :2]
         self.floor = own[:, 2].round().clip(0).astype(int)
-        self.spot = from_normalised(codec.building, headed.astype(np.float64))
-        aim = np.column_stack([np.nan_to_num(self.spot), self.floor])
+        self.destination = from_normalised(codec.building, headed.astype(np.float64))
+        aim = np.column_stack([np.nan_to_num(self.destination), self.floor])
         places = self.map.places(np.concatenate([self.points, aim[:, None]], axis=1))
-        self.place = places[:, self.robots][:, 0]
+        self.place = places[:, self.of_robots][:, 0]
         places = np.concatenate([places, self.map.mark_places[self.floor]], axis=1)
         way = metres_between(self.map.nav, self.place[:, None], places)
+        way = np.minimum(way, FAR)
         n = self.points.shape[1]
-        self.far, to_spot, to_marks = np.split(np.minimum(way, FAR), [n, n + 1], axis=1)
+        self.far, to_destination, to_marks = np.split(way, [n, n + 1], axis=1)
 
         self.places = places[:, :n]
         self._sort_people(places)
         self._sort_marks(to_marks)
-        self._find_anchors(to_spot)
+        self._find_anchors(to_destination)
 
     def _sort_people(self, places: np.ndarray) -> None:
         """Sort people: lost ones, mine, my mates', others; the nearest first [C4].
 
         places: (B, n + R + F + 1 + m), of points, where one is headed, and marks
         """
-        place = places[:, self.people]
-        inside = self.there[:, self.people]
+        place = places[:, self.of_people]
+        inside = self.there[:, self.of_people]
         walking = inside & ~self.map.stairs[place]
-        robots = places[:, self.robots]
-        at_work = self.there[:, self.robots]
+        robots = places[:, self.of_robots]
+        at_work = self.there[:, self.of_robots]
         headed = self._headed()
         guide = guess_guides(self.map.nav, robots, at_work, place, walking, headed)
-        storey = self.points[:, self.people, 2].round()
+        storey = self.points[:, self.of_people, 2].round()
         here = walking & (storey == self.floor[:, None])
         self.alone = walking & (guide == NOBODY)
         self.led = walking & (guide != NOBODY)
@@ -180,7 +183,7 @@ class RobotView:
 
         groups = [self.lost, self.mine, here, inside]  # at last those out or dead
         group = np.select(groups, range(len(groups)), len(groups))
-        way = np.where(here, self.far[:, self.people], FAR)
+        way = np.where(here, self.far[:, self.of_people], FAR)
         self.order = np.lexsort((way, group), axis=1)
 
     def _headed(self) -> np.ndarray | None:
@@ -190,16 +193,16 @@ class RobotView:
     def _sort_marks(self, way: np.ndarray) -> None:
         """Sort ways out and feet, each kind by metres on foot (B, m); rims stay."""
         marks = self.map.marks[self.floor]
-        self.outs, self.feet, self.rims = _slices(self.map.kinds)
+        self.of_outs, self.of_feet, self.of_rims = _slices(self.map.kinds)
         way = np.where(np.isnan(marks[..., 0]), FAR, way)
         order = self._order_of_marks(way)
         each = np.arange(len(order))[:, None]
         self.marks = marks[each, order]
         self.to_marks = way[each, order]
 
-        off = lengths(self.marks - self.spot[:, None])
+        off = lengths(self.marks - self.destination[:, None])
         self.headed_to = off <= paper.AT_EXIT_METRES
-        self.to_way_out = self.headed_to[:, self.outs].any(axis=1)
+        self.to_way_out = self.headed_to[:, self.of_outs].any(axis=1)
 
     def _order_of_marks(self, way: np.ndarray) -> np.ndarray:
         """(B, m) indices of marks in the order in which they are told."""
@@ -207,21 +210,21 @@ class RobotView:
         key = np.where(kind < 2, way, 0.0)
         return np.lexsort((key, np.broadcast_to(kind, key.shape)), axis=1)
 
-    def _find_anchors(self, to_spot: np.ndarray) -> None:
+    def _find_anchors(self, to_destination: np.ndarray) -> None:
         """List anchors: keep, stay, ways out, feet, rims, nearest lost people [C5].
 
-        to_spot: (B, 1) metres to where each is headed
+        to_destination: (B, 1) metres to where each is headed
         """
         first, lost = self._people_at_anchors()
         each = np.arange(len(first))[:, None]
         people = np.where(lost[..., None], self.points[each, first, :2], np.nan)
         to_people = np.where(lost, self.far[each, first], FAR)
 
-        headed = self.spot[:, None]
+        headed = self.destination[:, None]
         here = self.me[:, None]
-        to_spot = np.where(np.isnan(headed[..., 0]), FAR, to_spot)
+        to_destination = np.where(np.isnan(headed[..., 0]), FAR, to_destination)
         parts = [headed, here, self.marks, people]  # KEEP, WAIT, ...
-        ways = [to_spot, 0 * to_spot, self.to_marks, to_people]
+        ways = [to_destination, 0 * to_destination, self.to_marks, to_people]
         self.spots = np.concatenate(parts, axis=1)
         self.way = np.concatenate(ways, axis=1)
         self.allowed = ~np.isnan(self.spots[..., 0])
@@ -245,32 +248,32 @@ class RobotView:
         """
         leads = self.mine.any(axis=1)
         helps = np.ones_like(self.allowed)
-        helps[:, WAIT + 1 :][:, self.outs] = leads[:, None]
+        helps[:, WAIT + 1 :][:, self.of_outs] = leads[:, None]
 
         # the old destination
-        people = self.points[:, self.people, :2]
-        near = lengths(people - self.spot[:, None]) <= ASTRAY
+        people = self.points[:, self.of_people, :2]
+        near = lengths(people - self.destination[:, None]) <= ASTRAY
         near_lost = (near & self.lost).any(axis=1)
-        to_foot = self.headed_to[:, self.feet].any(axis=1)
-        to_rim = self.headed_to[:, self.rims].any(axis=1)
+        to_foot = self.headed_to[:, self.of_feet].any(axis=1)
+        to_rim = self.headed_to[:, self.of_rims].any(axis=1)
         keeps = np.where(self.to_way_out, leads, to_foot | near_lost)
         helps[:, KEEP] = keeps | to_rim
         return helps
 
     def numbers(self) -> np.ndarray:
         """(B, V) float32: anchors, people, robots, mates first, fires, counts, time."""
-        known = self._points()
+        known = self._points_from_me()
         each = np.arange(len(known))[:, None]
         floors = np.arange(len(self.map.free))
-        storeys = self.points[:, self.people, 2:].round()
+        storeys = self.points[:, self.of_people, 2:].round()
         time = self.seen["time"]
         step = self.scenario.decision_seconds
         parts = [
             self.anchors,
             self.allowed,
             known[each, self.order],
-            known[:, self.robots][:, 1:],
-            known[:, self.fires],
+            known[:, self.of_robots][:, 1:],
+            known[:, self.of_fires],
             nearness(self.way),
             self.way / UNIT,
             (storeys == floors).sum(axis=1) / UNIT,
@@ -280,19 +283,19 @@ class RobotView:
             decisions_to_next_fire(time, step) / paper.FIRE_EVERY_DECISIONS,
             self.mine.sum(axis=1) / UNIT,
             self.lost.sum(axis=1) / UNIT,
-            ~np.isnan(self.spot[:, 0]),
+            ~np.isnan(self.destination[:, 0]),
             self.to_way_out,
         ]
         rows = [part.reshape(len(part), -1) for part in parts]
         return np.concatenate(rows, axis=1, dtype=np.float32)
 
-    def _points(self) -> np.ndarray:
+    def _points_from_me(self) -> np.ndarray:
         """(B, n + R + F, 5): x, y and storeys from me, near, flag; else zeros.
 
         The flag of people: nobody leads them; of others: they are there.
         """
         flag = self.there.copy()
-        flag[:, self.people] = self.alone
+        flag[:, self.of_people] = self.alone
         known = np.empty((*flag.shape, 5))
         known[..., :2] = (self.points[..., :2] - self.me[:, None]) / UNIT
         known[..., 2] = self.points[..., 2] - self.floor[:, None]

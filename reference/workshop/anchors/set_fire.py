@@ -224,8 +224,8 @@ class FireView:
     # -- As numbers -----------------------------------------------------------------
 
     @property
-    def spots(self) -> np.ndarray:
-        """(K, 3) storey, x and y of the anchors, units of an action."""
+    def anchors(self) -> np.ndarray:
+        """(K, 3) storey, x and y, units of an action; zeros where there is none."""
         storey = self.at // self.nav.floor_size
         found = np.column_stack([storey, self.nav.centres[self.at] / UNIT])
         return found * self.real[:, None]
@@ -246,18 +246,18 @@ class FireView:
         """(V,) float32, see `SetShapes`."""
         sets = self._sets()
         elements = np.array([len(part) for part in sets])
-        parts = [self.spots, self.allowed, *sets, self._counts(), elements]
+        parts = [self.anchors, self.allowed, *sets, self._counts(), elements]
         return np.concatenate([part.ravel() for part in parts], dtype=np.float32)
 
     def _sets(self) -> list[np.ndarray]:
         return [
-            self._anchors(),
-            _at_least_one(self._people()),
-            _at_least_one(self._robots()),
-            _at_least_one(self._sources()),
+            self._set_of_anchors(),
+            _at_least_one(self._set_of_people()),
+            _at_least_one(self._set_of_robots()),
+            _at_least_one(self._set_of_sources()),
         ]
 
-    def _anchors(self) -> np.ndarray:
+    def _set_of_anchors(self) -> np.ndarray:
         """(K, N) what each anchor is at, who passes it, who is near, what burns."""
         storey = self.at // self.nav.floor_size
         people = storey[:, None] == self.people[:, 2]
@@ -312,7 +312,7 @@ class FireView:
             found[k] = self.burning[rim].mean() if len(rim) else 0
         return found
 
-    def _people(self) -> np.ndarray:
+    def _set_of_people(self) -> np.ndarray:
         """(n, N): storey, metres outside, on stairs, led, flames near, is inside."""
         columns = [
             self.people[:, 2],
@@ -324,7 +324,7 @@ class FireView:
         ]
         return np.stack(columns, axis=-1, dtype=float) * self.inside[:, None]
 
-    def _robots(self) -> np.ndarray:
+    def _set_of_robots(self) -> np.ndarray:
         """(R, N): storey, metres outside, followers, flames near, is at work."""
         leads = self.guide == np.arange(len(self.robots))[:, None]
         columns = [
@@ -336,7 +336,7 @@ class FireView:
         ]
         return np.stack(columns, axis=-1, dtype=float) * self.at_work[:, None]
 
-    def _sources(self) -> np.ndarray:
+    def _set_of_sources(self) -> np.ndarray:
         """(F, N): storey, metres outside, burns still, people who pass, is lit."""
         columns = [
             self.sources[:, 2],

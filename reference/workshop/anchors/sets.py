@@ -77,11 +77,12 @@ class SetView(RobotView):
     at       (B, K) places of anchors
 
     People.
-    humans  (B, n, 3) points;  stands  (B, n) their places
+    people  (B, n, 3) points;  stand  (B, n) their places
     inside  (B, n) bool: neither out nor dead;  here  those on foot on my floor
 
     Mates.
-    mates   (B, M, 3) points;  mate_spots  (B, M, 2) metres, where they are headed
+    mates   (B, M, 3) points;  mate_places  (B, M)
+    mate_destinations  (B, M, 2) metres, nan for none: where they are headed
     beside  (B, M) bool: on my floor
     number  (B,) mine among the robots of a floor
     before  (B, M) bool: mates of a lower number. Guides choose in turn; without it
@@ -111,13 +112,13 @@ class SetView(RobotView):
         burning = [none if one is None else one.burning.ravel() for one in flames]
         self.burning = np.stack(burning)
         self.world = np.repeat(np.arange(len(flames)), len(vectors) // len(flames))
-        self.humans = self.points[:, self.people]
-        self.sources = self.points[:, self.fires]
-        self.stands = self.places[:, self.people]
+        self.people = self.points[:, self.of_people]
+        self.sources = self.points[:, self.of_fires]
+        self.stand = self.places[:, self.of_people]
         self.at = self.map.places(np.nan_to_num(self.spots), self.floor[:, None])
-        self.inside = self.there[:, self.people]
-        walks = self.inside & ~self.map.stairs[self.stands]
-        self.here = walks & (self.humans[..., 2] == self.floor[:, None])
+        self.inside = self.there[:, self.of_people]
+        walks = self.inside & ~self.map.stairs[self.stand]
+        self.here = walks & (self.people[..., 2] == self.floor[:, None])
         self._find_mates()
         self._measure_ways(
             CostsNow(building, self.ways.marks, self.ways.by_mark, flames)
@@ -126,14 +127,14 @@ class SetView(RobotView):
     def _sort_people(self, places: np.ndarray) -> None:
         """As `RobotView`; who seems to lead nobody counts whom it may lead as its."""
         super()._sort_people(places)
-        self.mine = may_lead(self.mine, self.led, self.far[:, self.people])
+        self.mine = may_lead(self.mine, self.led, self.far[:, self.of_people])
 
     def _headed(self) -> np.ndarray:
         """(B, R) places where robots are headed, or stand; in the order of each."""
-        spot = np.nan_to_num(self.spot).round(DECIMALS)
+        spot = np.nan_to_num(self.destination).round(DECIMALS)
         ends = self.map.places(spot, self.floor)
-        ends = np.where(np.isnan(self.spot[:, 0]), self.place, ends)
-        R = self.robots.stop - self.robots.start
+        ends = np.where(np.isnan(self.destination[:, 0]), self.place, ends)
+        R = self.of_robots.stop - self.of_robots.start
         floor = np.arange(R) // self.scenario.robots_per_floor
         return ends.reshape(-1, R)[:, me_first(floor)].reshape(-1, R)
 
@@ -151,8 +152,8 @@ class SetView(RobotView):
         if not self.lost.shape[1]:
             nobody = np.zeros((len(each), 0), dtype=int)
             return nobody, nobody > 0
-        point = self.points[:, self.people, :2]
-        left = np.where(self.lost, self.far[:, self.people], np.inf)
+        point = self.points[:, self.of_people, :2]
+        left = np.where(self.lost, self.far[:, self.of_people], np.inf)
         chosen = []
         found = []
         for _ in range(GROUPS):
@@ -171,32 +172,33 @@ class SetView(RobotView):
         world = self.world
         self.out = costs.outside[world[:, None], self.at]
         self.to = self.way.astype(float)
-        for b in np.flatnonzero(self.there[:, self.robots][:, 0]):
+        for b in np.flatnonzero(self.there[:, self.of_robots][:, 0]):
             self.to[b] = costs.to_places(
                 world[b], self.place[b], self.at[b], calm=self.to[b]
             )
         self.total = np.minimum(self.to + self.out, FARTHEST)
         outs = costs.by_way[world, self.floor, :, self.place % self.map.nav.floor_size]
-        self.total[:, WAIT + 1 :][:, self.outs] = outs
+        self.total[:, WAIT + 1 :][:, self.of_outs] = outs
         self.outside = costs.outside[world, self.place]
 
     def _find_mates(self) -> None:
         """Find where the robots of the same world are, and where they are headed."""
         S = len(self.burning)
-        own = self.points[:, self.robots][:, 0].reshape(S, -1, 3)
-        spots = self.spot.reshape(S, -1, 2)
+        own = self.points[:, self.of_robots][:, 0].reshape(S, -1, 3)
+        destinations = self.destination.reshape(S, -1, 2)
         G = own.shape[1]
         self.number = np.tile(np.arange(G), S) % max(1, self.scenario.robots_per_floor)
 
         if G == 1:  # a set has at least one element, there or not
             self.mates = np.full((S, 1, 3), paper.ABSENT_POINT)
-            self.mate_spots = np.full((S, 1, 2), np.nan)
+            self.mate_destinations = np.full((S, 1, 2), np.nan)
             self.before = np.zeros((S, 1), dtype=bool)
         else:
             # (G, G - 1) of each robot, the indices of the others
             others = np.array([[j for j in range(G) if j != g] for g in range(G)])
             self.mates = own[:, others].reshape(S * G, G - 1, 3)
-            self.mate_spots = spots[:, others].reshape(S * G, G - 1, 2)
+            ends = destinations[:, others]
+            self.mate_destinations = ends.reshape(S * G, G - 1, 2)
             self.before = np.tile(others < np.arange(G)[:, None], (S, 1))
         self.beside = self.mates[..., 2] == self.floor[:, None]
         self._forget_far_mates()
@@ -209,7 +211,7 @@ class SetView(RobotView):
         rank = metres.argsort(axis=1, kind="stable").argsort(axis=1, kind="stable")
         far = self.beside & (rank >= MATES_READ)
         self.mates[far] = paper.ABSENT_POINT
-        self.mate_spots[far] = np.nan
+        self.mate_destinations[far] = np.nan
         self.beside &= ~far
 
     def shapes(self) -> SetShapes:
@@ -229,14 +231,14 @@ class SetView(RobotView):
         return np.concatenate(rows, axis=1, dtype=np.float32)
 
     def _sets(self) -> list[np.ndarray]:
-        known = self._points()
-        people = self._people(known[:, self.people])
-        fires = self._fires(known[:, self.fires])
-        return [self._anchors(), people, self._mates(), fires]
+        known = self._points_from_me()
+        people = self._set_of_people(known[:, self.of_people])
+        fires = self._set_of_fires(known[:, self.of_fires])
+        return [self._set_of_anchors(), people, self._set_of_mates(), fires]
 
     # -- Anchors --------------------------------------------------------------------
 
-    def _anchors(self) -> np.ndarray:
+    def _set_of_anchors(self) -> np.ndarray:
         """(B, K, numbers) what each anchor is, how far, and what is there."""
         B, K = self.allowed.shape
         marks = self._map_numbers()
@@ -244,7 +246,7 @@ class SetView(RobotView):
         first = WAIT + 1
         of_map = np.zeros((B, K, MARK_NUMBERS))
         of_map[:, first : first + m] = marks
-        of_map[:, KEEP] = self._mark_at_spot(marks)
+        of_map[:, KEEP] = self._mark_at_destination(marks)
         kinds = np.zeros((B, K, 3))
         kinds[:, KEEP, 0] = 1
         kinds[:, WAIT, 1] = 1
@@ -263,12 +265,12 @@ class SetView(RobotView):
             self.ways.outside[self.at] / AWAY,
             on_way,
             near,
-            self._sources(),
+            self._nearness_of_sources(),
             lost / GROUP,
             led / GROUP,
             *all_mates,
             *mates_before,
-            self._at(self.spot[:, None]),
+            self._count_at_anchors(self.destination[:, None]),
             *self._guide_columns(lost),
             self.allowed,
             real,
@@ -280,9 +282,10 @@ class SetView(RobotView):
     def _guide_columns(self, lost: np.ndarray) -> list[np.ndarray]:
         """(B, K) each: what a guide would weigh; lost (B, K): people in groups."""
         extra = self.total - self.outside[:, None]
-        outs = self.total[:, WAIT + 1 :][:, self.outs]
+        outs = self.total[:, WAIT + 1 :][:, self.of_outs]
+        least = outs.min(axis=1, keepdims=True)
         cheapest = np.zeros_like(self.allowed)
-        cheapest[:, WAIT + 1 :][:, self.outs] = outs == outs.min(axis=1, keepdims=True)
+        cheapest[:, WAIT + 1 :][:, self.of_outs] = outs == least
         more, detour = gains(self.total, self.outside, lost, self.mine.sum(axis=1))
         return [
             self.out / AWAY,
@@ -298,37 +301,39 @@ class SetView(RobotView):
         """(B, m, MARK_NUMBERS) what the map and the flames tell of its anchors."""
         ways = self.ways
         floor = self.floor
-        wells = ways.wells[floor]
-        feet = ways.feet[floor]
-        rims = ways.rim_wells[floor]
-        ends = np.cumsum([wells.shape[1], feet.shape[1], rims.shape[1]])
+        out_wells = ways.wells[floor]
+        foot_wells = ways.feet[floor]
+        rim_wells = ways.rim_wells[floor]
+        wells = (out_wells, foot_wells, rim_wells)
+        ends = np.cumsum([part.shape[1] for part in wells])
         marks = np.zeros((len(floor), ends[-1], MARK_NUMBERS))
-        outs, of_feet, of_rims = np.split(marks, ends[:-1], axis=1)
+        outs, feet, rims = np.split(marks, ends[:-1], axis=1)
 
         # ways out
-        outs[..., EXIT] = wells < 0
-        outs[..., STAIRS] = wells >= 0
+        outs[..., EXIT] = out_wells < 0
+        outs[..., STAIRS] = out_wells >= 0
         outs[..., WIDTH] = ways.width[floor] / WIDE
         outs[..., LEADS] = ways.metres_out[floor] / AWAY
         outs[..., BURNS] = self._burn_on(ways.on_way)
         outs[..., BURNS_NEAR] = self._burn_on(ways.near_way)
 
         # feet of stairs
-        of_feet[..., STAIRS] = 1
-        of_feet[..., FOOT] = 1
-        on_stairs = np.where(self.inside, ways.well_of[self.stands], -1)
-        coming = on_stairs[:, None] == feet[..., None]
-        of_feet[..., COMING] = coming.sum(axis=-1) * (feet >= 0) / GROUP
-        turn = self.number % np.maximum((feet >= 0).sum(axis=1), 1)
-        of_feet[..., STATION] = turn[:, None] == np.arange(feet.shape[1])
+        feet[..., STAIRS] = 1
+        feet[..., FOOT] = 1
+        on_stairs = np.where(self.inside, ways.well_of[self.stand], -1)
+        coming = on_stairs[:, None] == foot_wells[..., None]
+        real = foot_wells >= 0
+        feet[..., COMING] = coming.sum(axis=-1) * real / GROUP
+        turn = self.number % np.maximum(real.sum(axis=1), 1)
+        feet[..., STATION] = turn[:, None] == np.arange(real.shape[1])
 
         # rims
-        of_rims[..., EXIT] = rims < 0
-        of_rims[..., STAIRS] = rims >= 0
-        of_rims[..., RIM] = 1
-        of_rims[..., WIDTH] = ways.rim_width[floor] / WIDE
+        rims[..., EXIT] = rim_wells < 0
+        rims[..., STAIRS] = rim_wells >= 0
+        rims[..., RIM] = 1
+        rims[..., WIDTH] = ways.rim_width[floor] / WIDE
         numbered = min(rims.shape[1], RIMS_NUMBERED)
-        of_rims[:, :numbered, NUMBER : NUMBER + numbered] = np.eye(numbered)
+        rims[:, :numbered, NUMBER : NUMBER + numbered] = np.eye(numbered)
         return marks
 
     def _burn_on(self, ways: np.ndarray) -> np.ndarray:
@@ -338,7 +343,7 @@ class SetView(RobotView):
         mine = counts.reshape(-1, floors, k)[self.world, self.floor]
         return mine / (mine + BLAZE)
 
-    def _mark_at_spot(self, marks: np.ndarray) -> np.ndarray:
+    def _mark_at_destination(self, marks: np.ndarray) -> np.ndarray:
         """(B, MARK_NUMBERS) of the mark where a robot is headed, or zeros."""
         which = self.headed_to.argmax(axis=1)
         found = marks[np.arange(len(marks)), which]
@@ -369,7 +374,7 @@ class SetView(RobotView):
         mine = self.world * floors + self.floor
         return places[mine], np.arange(places.shape[1]) < counts[mine, None]
 
-    def _sources(self) -> np.ndarray:
+    def _nearness_of_sources(self) -> np.ndarray:
         """(B, K) nearness of the nearest source lit so far on my floor."""
         mine = self.sources[..., 2] == self.floor[:, None]
         metres = np.sqrt(self._squares(self.sources))
@@ -378,14 +383,14 @@ class SetView(RobotView):
 
     def _people_near(self) -> tuple[np.ndarray, np.ndarray]:
         """(B, K) each: how many lost and led people are in a group at an anchor."""
-        near = self._squares(self.humans) < GROUP_RADIUS**2
+        near = self._squares(self.people) < GROUP_RADIUS**2
         led = self.here & ~self.alone
         lost = (near & self.lost[:, None]).sum(axis=-1)
         return lost, (near & led[:, None]).sum(axis=-1)
 
-    def _at(self, spots: np.ndarray) -> np.ndarray:
-        """(B, K) how many of these spots (B, k, 2) are at an anchor."""
-        return (self._squares(spots) <= paper.AT_EXIT_METRES**2).sum(axis=-1)
+    def _count_at_anchors(self, points: np.ndarray) -> np.ndarray:
+        """(B, K) how many of these points (B, k, 2) are at an anchor."""
+        return (self._squares(points) <= paper.AT_EXIT_METRES**2).sum(axis=-1)
 
     def _squares(self, points: np.ndarray) -> np.ndarray:
         """(B, K, k) squared metres from anchors to points (B, k, 2 or 3); or nan."""
@@ -398,44 +403,44 @@ class SetView(RobotView):
 
         which: (B, M) bool, of which mates;  way: (B, K, M) metres from them to anchors
         """
-        spots = np.where(which[..., None], self.mate_spots, np.nan)
+        ends = np.where(which[..., None], self.mate_destinations, np.nan)
         way = np.where(which[:, None], way, np.inf).min(axis=-1)
-        return [self._at(spots) / CREW, nearness(way), way < self.way]
+        return [self._count_at_anchors(ends) / CREW, nearness(way), way < self.way]
 
     # -- People, mates, fires -------------------------------------------------------
 
-    def _people(self, known: np.ndarray) -> np.ndarray:
+    def _set_of_people(self, known: np.ndarray) -> np.ndarray:
         """(B, n, numbers): point, led by nobody, by me, on stairs, metres outside."""
         if not known.shape[1]:  # as with fires
             return np.zeros((len(known), 1, known.shape[2] + 4))
         columns = [
             self.mine,
-            self.map.stairs[self.stands],
-            self.ways.outside[self.stands] / AWAY,
+            self.map.stairs[self.stand],
+            self.ways.outside[self.stand] / AWAY,
             np.ones_like(self.inside),
         ]
         rest = np.stack(columns, axis=-1, dtype=float) * self.inside[..., None]
         return np.concatenate([known, rest], axis=-1)
 
-    def _mates(self) -> np.ndarray:
+    def _set_of_mates(self) -> np.ndarray:
         """(B, M, numbers): where it is, on my floor, where headed, before me, is it."""
         off = (self.mates[..., :2] - self.me[:, None]) / UNIT
         up = self.mates[..., 2:] - self.floor[:, None, None]
         way = metres_between(self.map.nav, self.place[:, None], self.mate_places)
         near = nearness(way)
-        headed = np.nan_to_num((self.mate_spots - self.me[:, None]) / UNIT)
-        goes = ~np.isnan(self.mate_spots[..., :1])
+        headed = np.nan_to_num((self.mate_destinations - self.me[:, None]) / UNIT)
+        goes = ~np.isnan(self.mate_destinations[..., :1])
         present = self.mates[..., 2:] > -0.5
         flags = np.stack([self.beside, self.before], axis=-1)
         parts = [off, up, near[..., None], flags, headed, goes]
         return np.concatenate([*parts, present], axis=-1) * present
 
-    def _fires(self, known: np.ndarray) -> np.ndarray:
+    def _set_of_fires(self, known: np.ndarray) -> np.ndarray:
         """(B, F, numbers): whether a source burns still, and its point."""
         if not known.shape[1]:  # a set has at least one element, there or not
             return np.zeros((len(known), 1, known.shape[2] + 1))
-        lit = self.there[:, self.fires]
-        burns = self.burning[self.world[:, None], self.places[:, self.fires]] & lit
+        lit = self.there[:, self.of_fires]
+        burns = self.burning[self.world[:, None], self.places[:, self.of_fires]] & lit
         return np.concatenate([burns[..., None], known], axis=-1)
 
     # -- Counts ---------------------------------------------------------------------
@@ -446,9 +451,9 @@ class SetView(RobotView):
         time = self.seen["time"][:, 0, 0]
         step = scenario.decision_seconds
         inside = self.inside
-        up = self.humans[..., 2] - self.floor[:, None]
+        up = self.people[..., 2] - self.floor[:, None]
         storeys = self.sources[..., 2] - self.floor[:, None]
-        lit = self.there[:, self.fires]
+        lit = self.there[:, self.of_fires]
         floors = self.burning.reshape(len(self.burning), -1, self.map.nav.floor_size)
         burning = floors.sum(axis=-1)
         here = burning[self.world, self.floor]
@@ -470,7 +475,7 @@ class SetView(RobotView):
             self.outside / AWAY,
             time / paper.health_seconds(),
             decisions_to_next_fire(time, step) / paper.FIRE_EVERY_DECISIONS,
-            ~np.isnan(self.spot[:, 0]),
+            ~np.isnan(self.destination[:, 0]),
             self.to_way_out,
             self.number,
         ]

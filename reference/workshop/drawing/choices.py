@@ -115,10 +115,10 @@ def anchors_of(simulation: Simulation) -> dict[int, dict[str, np.ndarray]]:
         kinds = {
             KEEPING: view.spots[k, [KEEP]],
             STAYING: view.spots[k, [WAIT]],
-            WAY_OUT: marks[k, view.outs],
-            FOOT_OF_STAIRS: marks[k, view.feet],
-            GUARDED: marks[k, view.rims],
-            LOST: marks[k, view.rims.stop :],
+            WAY_OUT: marks[k, view.of_outs],
+            FOOT_OF_STAIRS: marks[k, view.of_feet],
+            GUARDED: marks[k, view.of_rims],
+            LOST: marks[k, view.of_rims.stop :],
         }
         there = {kind: _there(spots) for kind, spots in kinds.items()}
         found[robot.floor] = {kind: s for kind, s in there.items() if len(s)}

@@ -147,9 +147,9 @@ def _numbers_of(view: RobotView, kind: str) -> Sequence[int]:
     first = WAIT + 1
     marks = range(first, first + view.marks.shape[1])
     of_kind = {
-        TO_WAY_OUT: marks[view.outs],
-        TO_FOOT: marks[view.feet],
-        TO_RIM: marks[view.rims],
+        TO_WAY_OUT: marks[view.of_outs],
+        TO_FOOT: marks[view.of_feet],
+        TO_RIM: marks[view.of_rims],
         TO_PERSON: range(marks.stop, view.spots.shape[1]),
         TO_STAY: [WAIT],
         GO_ON: [KEEP],
