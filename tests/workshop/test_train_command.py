@@ -372,7 +372,7 @@ def test_a_worker_that_dies_ends_the_training_with_one_message(
     def killed(*given):
         raise BrokenProcessPool("a process was terminated abruptly")
 
-    monkeypatch.setattr(loop, "map_in_order", killed)
+    monkeypatch.setattr(loop, "map_in_shares", killed)
     assert train("--out", "new") == 1
     assert "a worker has died" in capsys.readouterr().err
     assert load_checkpoint("new").round == 0

@@ -21,7 +21,7 @@ from reference.workshop.commands.options import whole
 from reference.workshop.engine import make_ready, run_to_decision
 from reference.workshop.storage.workers import (
     chunks,
-    map_in_order,
+    map_in_shares,
     one_thread,
     workers,
 )
@@ -68,7 +68,7 @@ def main():
     ]
     make_ready()
     with workers(asked.workers) as pool:
-        lives = map_in_order(pool, played, jobs)
+        lives = map_in_shares(pool, played, jobs)
     decisions = sum(life.steps for life in lives)
     print(f"{len(lives)} evacuations, {decisions:,} decisions")
 

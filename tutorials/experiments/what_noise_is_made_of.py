@@ -28,7 +28,7 @@ from reference.workshop.measuring.variance import (
     crossed,
     parts_of,
 )
-from reference.workshop.storage.workers import map_in_order, one_thread, workers
+from reference.workshop.storage.workers import map_in_shares, one_thread, workers
 
 ACTIONS = 3  # of the robot, and of its mates
 FUTURES = 6
@@ -87,7 +87,7 @@ def main():
     with workers(asked.workers) as pool:
         for name in asked.fire:
             work = partial(results_of, asked.robots, name)
-            tell(name, np.stack(map_in_order(pool, work, seeds)))
+            tell(name, np.stack(map_in_shares(pool, work, seeds)))
 
 
 if __name__ == "__main__":

@@ -157,11 +157,18 @@ class RobotsFrame(PolicyCodec):
     def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
         super().__init__("robots", building, scenario)
         self.settings = settings
-        # Nobody's observation, of the right size: the map says how many anchors.
-        nothing = np.zeros((1, self.layout.size))
-        view = self._view(nothing, np.full((1, 2), np.nan), [None])
+        view = self._view(*self._nothing())
         self.size: int = view.numbers().shape[1]
         self.anchors: int = view.anchors.shape[1]
+
+    def _nothing(self) -> tuple[np.ndarray, np.ndarray, list[None]]:
+        """Make what `_view` takes, where nobody is: the map alone says the sizes."""
+        robots = self.layout.blocks["robots"].rows
+        return (
+            np.zeros((robots, self.layout.size)),
+            np.full((robots, 2), np.nan),
+            [None],
+        )
 
     def _view(
         self, vectors: np.ndarray, headed: np.ndarray, flames: Sequence[Flames | None]
@@ -227,15 +234,8 @@ class RobotsSets(RobotsFrame):
     """
 
     def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
-        PolicyCodec.__init__(self, "robots", building, scenario)
-        self.settings = settings
-        # Nobody's observations, of the right size.
-        robots = self.layout.blocks["robots"].rows
-        vectors = np.zeros((robots, self.layout.size))
-        view = self._view(vectors, np.full((robots, 2), np.nan), [None])
-        self.shapes = view.shapes()
-        self.size = view.numbers().shape[1]
-        self.anchors = view.anchors.shape[1]
+        super().__init__(building, scenario, settings)
+        self.shapes = self._view(*self._nothing()).shapes()
 
     def _view(
         self, vectors: np.ndarray, headed: np.ndarray, flames: Sequence[Flames | None]

@@ -19,6 +19,7 @@ from concurrent.futures import (
 )
 from contextlib import AbstractContextManager, contextmanager, suppress
 from importlib import import_module
+from itertools import chain
 from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
@@ -119,7 +120,7 @@ def torch_threads(number: int) -> Iterator[None]:
         torch.set_num_threads(before)
 
 
-def map_in_order(
+def map_in_shares(
     executor: Executor,
     work: Callable[[Sequence[Given]], Sequence[Result]],
     items: Sequence[Given],
@@ -130,9 +131,18 @@ def map_in_order(
     `map_as_done`.
     """
     size = -(-len(items) // getattr(executor, "workers", len(items)))
-    shares = chunks(items, size)
-    made = dict(map_as_done(executor, work, shares))
-    return [one for k in range(len(shares)) for one in made[k]]
+    return [*chain(*map_in_order(executor, work, chunks(items, size)))]
+
+
+def map_in_order(
+    executor: Executor, work: Callable[[Given], Result], jobs: Iterable[Given]
+) -> list[Result]:
+    """Do each job where there is time for it; return results in order.
+
+    Raises as `map_as_done`.
+    """
+    made = dict(map_as_done(executor, work, jobs))
+    return [made[k] for k in range(len(made))]
 
 
 def map_as_done(

@@ -8,6 +8,7 @@ number is a setting.
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import BrokenExecutor, Executor
+from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from time import process_time
@@ -22,8 +23,8 @@ from reference.workshop.storage.files import make_folder
 from reference.workshop.storage.progress import Pace
 from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.workers import (
-    map_as_done,
     map_in_order,
+    map_in_shares,
     one_thread,
     stop_delayed,
 )
@@ -70,10 +71,7 @@ def run_training(
                 if not training.imitated:
                     pace = Pace(bar.total, bar.n)  # copying takes no decisions
                 # PLAY
-                if training.task.family is None:
-                    episodes = map_in_order(executor, _play, training.jobs())
-                else:
-                    episodes = costs.add(executor, training.jobs())
+                episodes = _play_round(training, executor, costs)
                 with stop_delayed("stopping as soon as this round is learned from"):
                     # LEARN
                     rows = training.learn(episodes)
@@ -99,31 +97,38 @@ def run_training(
     return _save(training, folder, training.learners if training.finished else ())
 
 
+def _play_round(
+    training: Training, executor: Executor, costs: "_Costs"
+) -> list[Episode]:
+    """Play a round's jobs; those of one building take equally long, so by shares."""
+    if training.task.family is None:
+        return map_in_shares(executor, _play, training.jobs())
+    episodes = list[Episode]()
+    for played, *seconds in map_in_order(executor, _play_in_family, training.jobs()):
+        episodes += played
+        costs.add(*seconds)
+    return episodes
+
+
 def _play(jobs: Sequence[Job]) -> list[Episode]:
     """Play a worker's share, with sums in the same order in a worker as here."""
     with one_thread():
         return [e for job in jobs for e in play(job, advance=run_to_decision)]
 
 
+@dataclass
 class _Costs:
     """What the buildings of a family cost, in seconds of whoever played the jobs."""
 
-    def __init__(self) -> None:
-        self.jobs = 0
-        self.preparing = 0.0
-        self.playing = 0.0
+    jobs: int = 0
+    preparing: float = 0.0
+    playing: float = 0.0
 
-    def add(self, executor: Executor, jobs: Sequence[Job]) -> list[Episode]:
-        """Play jobs, each where there is time for it; return the episodes in order."""
-        made = dict(map_as_done(executor, _play_in_family, jobs))
-        episodes = list[Episode]()
-        for number in range(len(jobs)):
-            played, preparing, playing = made[number]
-            episodes += played
-            self.jobs += 1
-            self.preparing += preparing
-            self.playing += playing
-        return episodes
+    def add(self, preparing: float, playing: float) -> None:
+        """Count what a job has cost."""
+        self.jobs += 1
+        self.preparing += preparing
+        self.playing += playing
 
     def tell(self) -> None:
         """Say on stderr what it came to."""
