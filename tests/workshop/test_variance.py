@@ -1,35 +1,30 @@
 """What noise is made of: parts of a variance that are known are found again."""
 
 from dataclasses import replace
+from runpy import run_path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from conftest import ROOT
 from movies import shipped
 
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.engine import run_to_decision
-from reference.workshop.measuring.variance import (
-    LATER,
-    MATES,
-    OWN,
-    OWN_MATES,
-    PARTS,
-    STATE,
-    components,
-    crossed,
-    parts_of,
-)
 from reference.workshop.storage.workers import one_thread
+
+SCRIPT = ROOT / "tutorials" / "experiments" / "what_noise_is_made_of.py"
+noise = SimpleNamespace(**run_path(str(SCRIPT)))
 
 SHAPE = (3, 4, 5)  # own actions, mates' actions, futures
 AXES = {
-    STATE: (),
-    OWN: (0,),
-    MATES: (1,),
-    LATER: (2,),
-    OWN_MATES: (0, 1),
+    noise.STATE: (),
+    noise.OWN: (0,),
+    noise.MATES: (1,),
+    noise.LATER: (2,),
+    noise.OWN_MATES: (0, 1),
     "own action x what follows": (0, 2),
     "mates' actions x what follows": (1, 2),
     "all three": (0, 1, 2),
@@ -42,11 +37,11 @@ def effect(rng, axes, deviation):
     return rng.normal(0, deviation, shape)
 
 
-@pytest.mark.parametrize("part", PARTS[1:])
+@pytest.mark.parametrize("part", noise.PARTS[1:])
 def test_what_one_thing_changes_is_its_own_part_alone(part):
     """Nothing is estimated for those that change nothing, but below their noise."""
     drawn = effect(np.random.default_rng(1), AXES[part], 2.0)
-    found = components(np.broadcast_to(drawn, SHAPE))
+    found = noise.components(np.broadcast_to(drawn, SHAPE))
     others = {name for name in found if set(AXES[name]) > set(AXES[part])}
     for name in others:  # what holds more than this cannot be needed
         assert abs(found[name]) < 1e-9
@@ -57,14 +52,15 @@ def test_what_one_thing_changes_is_its_own_part_alone(part):
 def test_all_parts_are_estimated_without_bias():
     """Over many states, each with effects of its own."""
     rng = np.random.default_rng(2)
-    true = dict(zip(PARTS, (9.0, 0.5, 1.0, 4.0, 0.25, 0.0, 2.0, 1.0), strict=True))
+    sizes = (9.0, 0.5, 1.0, 4.0, 0.25, 0.0, 2.0, 1.0)
+    true = dict(zip(noise.PARTS, sizes, strict=True))
     results = [
-        sum(effect(rng, AXES[name], true[name] ** 0.5) for name in PARTS)
+        sum(effect(rng, AXES[name], true[name] ** 0.5) for name in noise.PARTS)
         for _ in range(4000)
     ]
-    found = parts_of(np.stack(results))
+    found = noise.parts_of(np.stack(results))
     assert found == pytest.approx(true, abs=0.35)
-    assert list(found) == list(PARTS)
+    assert list(found) == list(noise.PARTS)
 
 
 @pytest.mark.slow
@@ -81,7 +77,7 @@ def test_the_same_action_in_the_same_future_saves_the_same():
 
         # as it is: combinations differ
         seeds = (1, 2)
-        free = crossed(run, robot, 3, np.random.default_rng(1), seeds)
+        free = noise.crossed(run, robot, 3, np.random.default_rng(1), seeds)
         assert len(np.unique(free)) > 2 and free.shape == (3, 3, 2)
 
         # without any noise
@@ -89,5 +85,5 @@ def test_the_same_action_in_the_same_future_saves_the_same():
             return decided([replace(moment, rng=None) for moment in moments])
 
         run.robot_strategy.player.act = likeliest
-        same = crossed(run, robot, 3, np.random.default_rng(1), seeds)
+        same = noise.crossed(run, robot, 3, np.random.default_rng(1), seeds)
     assert (same == same[:1, :1]).all()

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.random import Generator as Rng
 
-from reference.game.codec import Moment, PolicyCodec, decision_in
+from reference.game.codec import PolicyCodec
 from reference.game.environment import DECIMALS, AgentFire, AgentRobots
 from reference.game.observations import robots_at_work
 from reference.learning.settings import Side
@@ -33,6 +33,7 @@ from reference.robots import (
 from reference.simulation import Simulation
 from reference.workshop.anchors.frame import KEEP, WAIT, RobotView, robot_destinations
 from reference.workshop.engine import run_to_decision
+from reference.workshop.strategies.trained import decide_all
 from reference.workshop.strategies.worst_case import another_future
 from reference.world import Robot, World
 
@@ -275,18 +276,14 @@ def _ask(side: Side, player: Any, runs: Sequence[Simulation], sample: bool) -> N
     if not asked:
         return
 
-    seen = player.codec.observe([run.world for run in asked])
-    moments = []
-    for run, vectors in zip(asked, seen, strict=True):
-        everybody = np.ones(len(vectors), dtype=bool)
-        rng = run.rng[side] if sample else None
-        moments.append(Moment(vectors, everybody, run.world, rng))
-    decisions, _ = player.act(moments)
-    for run, rows in zip(asked, decisions, strict=True):
+    worlds = [run.world for run in asked]
+    rngs = [run.rng[side] if sample else None for run in asked]
+    decided = decide_all(player, player.codec.observe(worlds), worlds, rngs)
+    for run, decisions in zip(asked, decided, strict=True):
         who: Any = run.fire_strategy
         if side == "robots":
             who = run.robot_strategy.strategy  # type: ignore[attr-defined]
-        who.chosen = [decision_in(row) for row in rows]
+        who.chosen = decisions
 
 
 # -- Its worth ----------------------------------------------------------------------

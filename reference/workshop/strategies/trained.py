@@ -17,6 +17,7 @@ from numpy.random import Generator as Rng
 
 from reference.building import Building
 from reference.fire import Decision
+from reference.game.codec import Moment, decision_in
 from reference.game.environment import destination, fire_decision
 from reference.game.observations import (
     Layout,
@@ -132,6 +133,20 @@ class TrainedFire(Trained):
         (vectors,) = fire_vectors([world], layout)
         decided: Decision = self.decisions(vectors, world, rng)[0]
         return decided
+
+
+def decide_all(
+    player: Any, seen: np.ndarray, worlds: Sequence[World], rngs: Sequence[Rng | None]
+) -> list[list[Any]]:
+    """Decide for all agents of a side in each world, by one call of its network.
+
+    player  of the side, see `learning.players`;  seen  (S, G, V) observations
+    rngs    of each world, to draw from the policy; one is None: the likeliest of all
+    """
+    everybody = np.ones(seen.shape[:2], dtype=bool)
+    given = zip(seen, everybody, worlds, rngs, strict=True)
+    decided, _ = player.act([Moment(*one) for one in given])
+    return [[decision_in(row) for row in rows] for rows in decided]
 
 
 def refuse_other_counts(

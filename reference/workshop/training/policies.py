@@ -16,7 +16,6 @@ import numpy as np
 
 import reference
 from reference.building import Building, building_of
-from reference.game.codec import Moment, decision_in
 from reference.learning.players import LearnedNetwork
 from reference.learning.settings import Side
 from reference.paper import Scenario
@@ -26,7 +25,12 @@ from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.runs import FileState, file_state, other_numbers
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SCRIPTS
-from reference.workshop.strategies.trained import Trained, TrainedFire, TrainedRobots
+from reference.workshop.strategies.trained import (
+    Trained,
+    TrainedFire,
+    TrainedRobots,
+    decide_all,
+)
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     CheckpointError,
@@ -121,11 +125,10 @@ class LearnedPolicy(Trained):
         self, vectors: np.ndarray, world: World, rng: np.random.Generator
     ) -> list[Any]:
         """A decision for each agent of the side, from (G, V) observations."""
-        alive = np.ones(len(vectors), dtype=bool)
-        moment = Moment(vectors, alive, world, rng if self.sample else None)
+        drawn_by = rng if self.sample else None
         with one_thread():  # as when it was trained: sums in one order
-            (rows,), _ = self.player.act([moment])
-        return [decision_in(row) for row in rows]
+            (decided,) = decide_all(self.player, vectors[None], [world], [drawn_by])
+        return decided
 
 
 def _instead(who: LearnedNetwork | str, side: Side) -> str:
