@@ -98,6 +98,17 @@ def survivors(place, robots, fires, episodes, folder, executor):
     return {who: float(np.mean(shares)) for who, shares in found.items()}
 
 
+def table_of_buildings(places, found, robots):
+    """What came in each building under each fire, aligned."""
+    rows = [["building", "people", "robots a floor", *robots, "under"]]
+    for place, (name, cells) in zip(places, found.items(), strict=True):
+        where = [name, str(place.people), str(place.robots_per_floor)]
+        for fire in FIRES:
+            figures = [f"{cells[who, fire]:.1f}" for who in robots]
+            rows.append([*where, *figures, fire])
+    return align_columns(rows, "<>>" + ">" * len(robots) + "<")
+
+
 def compare(found, learned, fire):
     """What came under one fire, over all buildings: a row of the table at the end."""
     saved = {
@@ -143,15 +154,7 @@ def main():
                 place, robots, FIRES, options.episodes, folder, executor
             )
 
-    rows = [["building", "people", "robots a floor", *robots, "under"]]
-    for place, (name, cells) in zip(places, found.items(), strict=True):
-        for fire in FIRES:
-            figures = [f"{cells[who, fire]:.1f}" for who in robots]
-            rows.append(
-                [name, str(place.people), str(place.robots_per_floor), *figures, fire]
-            )
-    print(align_columns(rows, "<>>" + ">" * len(robots) + "<"))
-
+    print(table_of_buildings(places, found, robots))
     head = ["fire", *robots, "better guide", "less that", "share of its gain"]
     ends = [compare(found, options.robots, fire) for fire in FIRES]
     print()

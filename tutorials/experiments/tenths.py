@@ -90,17 +90,28 @@ def drawn(title, written, played, found):
     """
     figure = sheet(title, 14, 8)
     earned, entropy, *of_ages, told = figure.subplots(2, 3).flat
+    draw_written(earned, REWARD, written)
+    draw_written(entropy, ENTROPY, written)
+    draw_ages(of_ages, played, found)
+    for axes in (earned, entropy, *of_ages):
+        axes.set_xlabel("episodes, thousands")
+    draw_worth(told, played, found)
+    legend(figure, told.get_legend_handles_labels()[0], title="fire")
+    return figure
 
-    # What the training wrote itself
-    for axes, name in ((earned, REWARD), (entropy, ENTROPY)):
-        for source in PANELS[name]:
-            colour = FIRES[OWN] if source.side == "fire" else ROBOTS
-            for x, y in curves_of([written], source.side, source.column):
-                axes.plot(x / 1000, smooth(x, y), color=colour, label=source.label)
-        axes.set_title(name, fontsize=10)
-        axes.legend()
 
-    # What each age did
+def draw_written(axes, name, written):
+    """Draw what the training wrote itself: a panel of its curves."""
+    for source in PANELS[name]:
+        colour = FIRES[OWN] if source.side == "fire" else ROBOTS
+        for x, y in curves_of([written], source.side, source.column):
+            axes.plot(x / 1000, smooth(x, y), color=colour, label=source.label)
+    axes.set_title(name, fontsize=10)
+    axes.legend()
+
+
+def draw_ages(of_ages, played, found):
+    """Draw what each age did under each fire: a figure a panel."""
     x = [episodes / 1000 for episodes in played.values()]
     for axes, (figure_of, name) in zip(of_ages, FIGURES.items(), strict=True):
         for fire, colour in FIRES.items():
@@ -111,10 +122,10 @@ def drawn(title, written, played, found):
     for cell in found:
         if cell.robots == NOBODY:
             of_ages[0].axhline(cell.survival[0], color=FIRES[cell.fire], ls=":")
-    for axes in (earned, entropy, *of_ages):
-        axes.set_xlabel("episodes, thousands")
 
-    # As the paper tells it: what a reward is worth
+
+def draw_worth(told, played, found):
+    """Draw as the paper tells it: what a reward is worth."""
     for fire, colour in FIRES.items():
         cells_of_fire = of_ages_under(fire, played, found)
         R = [mean_of(cell, "reward") for cell in cells_of_fire]
@@ -123,8 +134,6 @@ def drawn(title, written, played, found):
         told.plot(R[-1:], E[-1:], "o", ms=8, mfc="none", color=colour)
     told.set_title("E over reward; a ring: the end", fontsize=10)
     told.set_xlabel("reward of an episode")
-    legend(figure, told.get_legend_handles_labels()[0], title="fire")
-    return figure
 
 
 def of_ages_under(fire, played, found):

@@ -295,13 +295,17 @@ def _play_episode(
             film.make(simulations, headings, going)
         deque(going, maxlen=0)  # plays what a film has not played
 
-    facts = []
-    for (robots, fire), simulation in zip(pairs, simulations, strict=True):
-        played: Facts = {"robots": robots, "fire": fire, "seed": seed}
-        for name, value in asdict(simulation.outcome()).items():
-            played[name] = None if isnan(value) else value  # JSON knows no NaN
-        facts.append(played)
-    return facts
+    each = zip(pairs, simulations, strict=True)
+    return [_facts_of(pair, seed, simulation) for pair, simulation in each]
+
+
+def _facts_of(pair: Pair, seed: int, simulation: Simulation) -> Facts:
+    """Collect who played, and what came of it."""
+    robots, fire = pair
+    played: Facts = {"robots": robots, "fire": fire, "seed": seed}
+    for name, value in asdict(simulation.outcome()).items():
+        played[name] = None if isnan(value) else value  # JSON knows no NaN
+    return played
 
 
 def _players_in_words(robots: str, fire: str) -> str:

@@ -13,6 +13,8 @@ from reference.workshop.comparing.named import title_of
 from reference.workshop.storage.files import write_whole
 from reference.workshop.strategies import ANY_MAP, LEARNED
 
+PAGE = "page.md"
+
 
 @options.command(
     "experiment tutorials/experiments/tiny.toml\n\nwhat stands in such a file:\n"
@@ -30,7 +32,7 @@ from reference.workshop.strategies import ANY_MAP, LEARNED
 )
 def experiment(arguments: Namespace) -> None:
     """Trains all variants in a file, tests them, and writes a page about it."""
-    from reference.workshop.comparing import design, jobs
+    from reference.workshop.comparing import design, jobs, report
 
     folder = arguments.out or Path("out") / arguments.file.stem
     if arguments.resume:
@@ -42,41 +44,44 @@ def experiment(arguments: Namespace) -> None:
             print_note(f"trainings: {len(asked.trainings)}, then tests")
             failed = jobs.finish_trainings(asked, folder, executor)
             if played := jobs.play_tests(asked, folder, executor):
-                _write_and_print(arguments, asked, played, folder)
+                results = report.Results(asked, played)
+                _write_page(results, folder)
+                _print_answer(arguments, results)
+                print_note(f"the page is {folder / PAGE}")
     finally:
         jobs.remove_left_locks(folder)  # of workers that were ended
     if failed:
         raise InputError("\n".join(f"{name}: {why}" for name, why in failed.items()))
 
 
-def _write_and_print(
-    arguments: Namespace, asked: Any, played: list[Any], folder: Path
-) -> None:
-    """Write the page and its pictures; print the table and the answer."""
+def _write_page(results: Any, folder: Path) -> None:
+    """Write the page and its pictures."""
     from reference.workshop.comparing import jobs, report
+    from reference.workshop.drawing import crossplay, curves, save
+
+    matrix = crossplay.matrix(results.cells(), fill(report.INTERVALS_NOTE, 80))
+    save(matrix, folder / "matrix.png")
+    arms: dict[str, list[curves.TrainingTable]] = {}
+    for name, made in jobs.finished(results.experiment, folder).items():
+        arms.setdefault(jobs.arm_of(name), []).append(curves.read_summaries(made))
+    save(curves.curves_of_arms(arms), folder / "curves.png")
+    page = report.report_page(results, "matrix.png", "curves.png")
+    write_whole(folder / PAGE, page.encode())
+
+
+def _print_answer(arguments: Namespace, results: Any) -> None:
+    """Print the table and the answer."""
+    from reference.workshop.comparing import report
     from reference.workshop.comparing.results import (
         cell_as_json,
         scenario_as_json,
         table,
     )
-    from reference.workshop.drawing import crossplay, curves, save
 
-    results = report.Results(asked, played)
+    asked = results.experiment
+    arena = asked.arena
     cells = results.cells()
     answer = results.answer()
-
-    # the page
-    matrix = crossplay.matrix(cells, fill(report.INTERVALS_NOTE, 80))
-    save(matrix, folder / "matrix.png")
-    arms: dict[str, list[curves.TrainingTable]] = {}
-    for name, made in jobs.finished(asked, folder).items():
-        arms.setdefault(jobs.arm_of(name), []).append(curves.read_summaries(made))
-    save(curves.curves_of_arms(arms), folder / "curves.png")
-    page = report.report_page(results, "matrix.png", "curves.png")
-    write_whole(folder / "page.md", page.encode())
-
-    # the terminal
-    arena = asked.arena
     facts = {
         "building": arena.building,
         "scenario": scenario_as_json(arena),
@@ -90,4 +95,3 @@ def _write_and_print(
             head += f"; {title}"
     text = f"{head}\n{table(cells, report.SHOWN)}\n{answer}"
     print_report(arguments, facts, text)
-    print_note(f"the page is {folder / 'page.md'}")

@@ -1,11 +1,12 @@
 """Commands for learning: train and curves."""
 
 from argparse import Namespace
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from reference.learning.settings import SIDES
+from reference.learning.settings import SIDES, Side
 from reference.workshop.anchors.settings import SideSettings
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
@@ -126,14 +127,18 @@ def train(arguments: Namespace) -> None:
         if isinstance(value, int | float)
     ]
     print_report(arguments, report, format_table(rows, "<>"))
-
     if report["inside"] is not None:
         print_note(_what_became(report, training.settings.scenario.time_limit))
     if report["preset"] == "tiny":
         print_note(TINY)
+    _say_how_to_see_it(out, path, training.learners)
+
+
+def _say_how_to_see_it(out: Path, checkpoint: Path, sides: Iterable[Side]) -> None:
+    """Print the commands that show how it was learned, and what."""
     players = list[object]()
-    for side in training.learners:
-        players += [f"--{side}", path]
+    for side in sides:
+        players += [f"--{side}", checkpoint]
     print_note(f"to see how it was learned, and what:\n  {shell_line('curves', out)}")
     print_note(f"  {shell_line('evacuate', *players, '--animate', 'learned.html')}")
 

@@ -225,15 +225,8 @@ def begin_evaluation(
     if not asked and not common.robots_per_floor and {*robots} != {"none"}:
         common = replace(common, robots_per_floor=paper.ROBOTS_PER_FLOOR)
 
-    # where
-    policy = next(iter(learned.values()), None)
-    if policy and building is None:
-        arena = Arena(policy.name, plan_of(policy.building), common)
-    else:
-        name = "paper" if building is None else building
-        arena = Arena(name, plan_of(load(name)), common)
+    arena = _arena_of(learned, building, common)
     _refuse_misfits(learned, arena)
-
     begun = Evaluation(
         arena=arena,
         robots=_without_repeats(robots),
@@ -245,6 +238,17 @@ def begin_evaluation(
         errors=errors,
     )
     return with_digests(begun)
+
+
+def _arena_of(
+    learned: Mapping[str, Any], building: str | None, scenario: Scenario
+) -> Arena:
+    """Choose where to play: as is asked, else where the first policy learned."""
+    policy = next(iter(learned.values()), None)
+    if policy and building is None:
+        return Arena(policy.name, plan_of(policy.building), scenario)
+    name = "paper" if building is None else building
+    return Arena(name, plan_of(load(name)), scenario)
 
 
 def _scenario_of(learned: Mapping[str, Any], stated: Collection[str]) -> Scenario:

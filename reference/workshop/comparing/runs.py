@@ -7,7 +7,7 @@ than the jobs that were being played.
 """
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -103,47 +103,59 @@ def play_evaluation(
     cannot be written, ValueError for a damaged table of runs and for runs of files that
     have changed since.
     """
-    # What is done already
     done = dict[RunKey, RunResult]()
     table = None
     if folder:
-        make_folder(folder)
-        done = {
-            result.run: result for result in read_runs(folder / RUNS_FILE, evaluation)
-        }
-        played = {word for robots, fire, _ in done for word in (robots, fire)}
-        kept = matches.refuse_mixing(evaluation, folder, played)
-        # first: without it nobody could go on; with the files of all runs that are kept
-        digests = {**kept, **evaluation.digests}
-        matches.write_evaluation(replace(evaluation, digests=digests), folder)
+        done = _done_already(evaluation, folder)
         table = table_of(folder / RUNS_FILE, done.values())
 
-    # The rest, in jobs
-    runs = evaluation.runs
-    left = [run for run in runs if run not in done]
+    left = [run for run in evaluation.runs if run not in done]
+    for results in _played(evaluation, left, executor):
+        done |= {result.run: result for result in results}
+        if table:
+            table.append(map(row_of, results))
+
+    ordered = [done.pop(run) for run in evaluation.runs]
+    if folder:
+        table_of(folder / RUNS_FILE, [*ordered, *done.values()])
+    return ordered
+
+
+def _done_already(evaluation: Evaluation, folder: Path) -> dict[RunKey, RunResult]:
+    """Read the runs in a folder; write down there what is asked for now."""
+    make_folder(folder)
+    done = {result.run: result for result in read_runs(folder / RUNS_FILE, evaluation)}
+    played = {word for robots, fire, _ in done for word in (robots, fire)}
+    kept = matches.refuse_mixing(evaluation, folder, played)
+    # Without it nobody could go on. It tells the files of all runs that are kept.
+    digests = {**kept, **evaluation.digests}
+    matches.write_evaluation(replace(evaluation, digests=digests), folder)
+    return done
+
+
+def _played(
+    evaluation: Evaluation, left: Sequence[RunKey], executor: Executor
+) -> Iterator[list[RunResult]]:
+    """Play these runs in jobs; yield the results of each as it is over. Show progress.
+
+    The bar also counts the evaluation's other runs, which are done.
+    """
     share = len(left) // (JOBS_PER_WORKER * getattr(executor, "workers", 1))
     size = max(1, min(RUNS_PER_JOB, share))
     jobs = [(evaluation, some) for some in chunks(left, size)]
     if jobs:
         import_early(executor, (__name__, "reference.workshop.engine.going"), len(jobs))
         make_ready()
-    over = len(runs) - len(left)
-    pace = Pace(len(runs), over)
-    bar = tqdm(total=len(runs), initial=over, unit="run", disable=None, leave=False)
-    with bar:
+    total = len(evaluation.runs)
+    over = total - len(left)
+    pace = Pace(total, over)
+    with tqdm(total=total, initial=over, unit="run", disable=None, leave=False) as bar:
         for _, results in map_as_done(executor, play_runs, jobs):
-            done |= {result.run: result for result in results}
-            if table:
-                table.append(map(row_of, results))
+            yield results
             bar.update(len(results))
             over += len(results)
             if bar.disable and pace.due:
                 print(f"{over} runs, {pace.in_words(over)}", file=sys.stderr)
-
-    ordered = [done.pop(run) for run in runs]
-    if folder:
-        table_of(folder / RUNS_FILE, [*ordered, *done.values()])
-    return ordered
 
 
 def play_runs(job: tuple[Evaluation, tuple[RunKey, ...]]) -> list[RunResult]:

@@ -6,12 +6,13 @@ strategies stand.
     R   reward, health points;  h   difficulty;  E   score;  y   what R is worth
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from textwrap import fill
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from reference import paper
@@ -59,13 +60,7 @@ def curve(ruler: Ruler | None = None, best_reward: float = BEST_REWARD) -> Figur
     room = 0.05 * (most - least)
     R = np.linspace(least - room, most + room, 600)
     axes.plot(R, ruler.reward_part(R), color=BLUE, lw=2.4)
-    for (name, at), marker in zip(points.items(), MARKERS, strict=False):
-        y = ruler.reward_part(at)
-        slope = ruler.slope(at)
-        words = f"{name}: R = {at:,.0f}, y = {y:,.4g}, slope {slope:.3g}"
-        axes.plot(at, y, marker, color=BLUE, mec="white", ms=8, zorder=5, label=words)
-        x = np.array((at - room, at + room))
-        axes.plot(x, y + slope * (x - at), color=EMBER, lw=1.7, ls="--", zorder=4)
+    _mark_points(axes, ruler, points, room)
 
     axes.set_title(
         f"α = {ruler.alpha:g}, b = {ruler.base:.5g}, c = {ruler.control:.4g}"
@@ -80,6 +75,19 @@ def curve(ruler: Ruler | None = None, best_reward: float = BEST_REWARD) -> Figur
     return figure
 
 
+def _mark_points(
+    axes: Axes, ruler: Ruler, points: Mapping[str, float], room: float
+) -> None:
+    """Mark rewards on the curve by name, each with its slope, so far to both sides."""
+    for (name, at), marker in zip(points.items(), MARKERS, strict=False):
+        y = ruler.reward_part(at)
+        slope = ruler.slope(at)
+        words = f"{name}: R = {at:,.0f}, y = {y:,.4g}, slope {slope:.3g}"
+        axes.plot(at, y, marker, color=BLUE, mec="white", ms=8, zorder=5, label=words)
+        x = np.array((at - room, at + room))
+        axes.plot(x, y + slope * (x - at), color=EMBER, lw=1.7, ls="--", zorder=4)
+
+
 def contours(
     ruler: Ruler, cells: Sequence[Cell], baseline: str = "the baseline"
 ) -> Figure:
@@ -92,17 +100,7 @@ def contours(
     shown = [cell for cell in cells if cell.score]
     figure = sheet("The score E by reward and difficulty", 11, 7.5)
     axes = figure.subplots()
-    rewards = [R for cell in shown for R in cell.reward]
-    hard = [h for cell in shown for h in cell.difficulty]
-
-    # The page shows all matches, and little more; without any, the upper ruler.
-    worst = ruler.reward_at(paper.WORST_POINT[1])
-    one = ruler.reward_at(ruler.beta)  # where E = 1 without fire
-    wide = _fitting(
-        rewards or [min(0.0, one + (worst - one) / 4), one], (one - worst) / 80
-    )
-    hardest = difficulty_at(ruler, wide[0])
-    high = _fitting(hard or [0.0, hardest], hardest / 40, lowest=0.0)
+    wide, high = _steps(ruler, shown)
     E = ruler.score(*np.meshgrid(wide, high))
     shades = axes.contourf(wide, high, E, LEVELS, cmap="BrBG", alpha=0.6, extend="max")
     axes.contour(wide, high, E, [1], colors=TEXT, linewidths=2.4)
@@ -131,6 +129,22 @@ def contours(
     handles, _ = axes.get_legend_handles_labels()
     legend(figure, handles, ncols=4, fontsize=8)
     return figure
+
+
+def _steps(ruler: Ruler, shown: Sequence[Cell]) -> tuple[np.ndarray, np.ndarray]:
+    """Choose steps of R and of h that show all matches, and little more.
+
+    Without any match they show the upper ruler.
+    """
+    rewards = [R for cell in shown for R in cell.reward]
+    hard = [h for cell in shown for h in cell.difficulty]
+    worst = ruler.reward_at(paper.WORST_POINT[1])
+    one = ruler.reward_at(ruler.beta)  # where E = 1 without fire
+    if not rewards:
+        rewards = [min(0.0, one + (worst - one) / 4), one]
+    wide = _fitting(rewards, (one - worst) / 80)
+    hardest = difficulty_at(ruler, wide[0])
+    return wide, _fitting(hard or [0.0, hardest], hardest / 40, lowest=0.0)
 
 
 def _fitting(values: Sequence[float], room: float, lowest: float = -np.inf) -> Any:

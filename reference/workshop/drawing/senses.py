@@ -8,9 +8,10 @@ the world.
     point   x and y in metres, and the storey; below the ground: gone
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
@@ -97,28 +98,44 @@ def _page(
     for floor in range(floors):
         first, *others = (figure.add_subplot(spec[floor, k]) for k in range(columns))
         page.paint_floor(first, building, floor, alpha=0.25)
-        for name, spots in points.items():
-            here = spots[spots[:, 2] == floor, :2]
-            if len(here):  # the layout makes room for no points, unless clipped
-                first.plot(*here.T, **_LOOKS[name], clip_on=False, label=name)
-        for kind, (axes, ink) in enumerate(zip(others, _INKS.values(), strict=True)):
-            channel = kind * floors + floor
-            axes.imshow(cells[channel], ListedColormap(["white", ink]), vmax=1)
-            axes.set_title(f"{channel}: {GRID_KINDS[kind]}, floor {floor + 1}")
-            axes.spines[:].set_visible(True)
-            axes.set(xlabel="column", ylabel="row")
+        _plot_points(first, floor, points)
+        _paint_channels(others, floor, cells)
 
     below = figure.add_subplot(spec[-1, :])
-    below.set_axis_off()
-    look = {"edges": "open", "cellLoc": "left", "loc": "upper left"}
-    words = below.table(number_table(vector, layout.blocks.values()), **look)
-    words.auto_set_font_size(False)
-    words.set_fontsize(8)
-    words.auto_set_column_width(range(3))
+    _write_table(below, number_table(vector, layout.blocks.values()))
     marks = page.samples({name: _LOOKS[name] for name in points})
     handles = [*marks, *page.swatches([], **_INKS)]
     below.legend(handles=handles, loc="upper right", ncols=2)
     return figure
+
+
+def _plot_points(axes: Axes, floor: int, points: Mapping[str, np.ndarray]) -> None:
+    """Plot the points on a floor, (k, 3) of each name."""
+    for name, spots in points.items():
+        here = spots[spots[:, 2] == floor, :2]
+        if len(here):  # the layout makes room for no points, unless clipped
+            axes.plot(*here.T, **_LOOKS[name], clip_on=False, label=name)
+
+
+def _paint_channels(panels: Sequence[Axes], floor: int, cells: np.ndarray) -> None:
+    """Paint a floor's channels of the grid, one a panel."""
+    floors = len(cells) // len(GRID_KINDS)
+    for kind, (axes, ink) in enumerate(zip(panels, _INKS.values(), strict=True)):
+        channel = kind * floors + floor
+        axes.imshow(cells[channel], ListedColormap(["white", ink]), vmax=1)
+        axes.set_title(f"{channel}: {GRID_KINDS[kind]}, floor {floor + 1}")
+        axes.spines[:].set_visible(True)
+        axes.set(xlabel="column", ylabel="row")
+
+
+def _write_table(axes: Axes, rows: Sequence[Sequence[str]]) -> None:
+    """Write a table without lines where nothing else is drawn."""
+    axes.set_axis_off()
+    look: Style = {"edges": "open", "cellLoc": "left", "loc": "upper left"}
+    words = axes.table(rows, **look)
+    words.auto_set_font_size(False)
+    words.set_fontsize(8)
+    words.auto_set_column_width(range(3))
 
 
 def _plan_and_grids(

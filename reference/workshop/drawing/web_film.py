@@ -50,8 +50,26 @@ def write_web_film(
             reel.note()
 
     building = runs[0].building
+    content = Template(TEMPLATE.read_text("utf-8"), autoescape=True).render(
+        film=_film_of(runs, reels),
+        script=TEMPLATE.with_suffix(".js").read_text("utf-8"),
+        title=building.title,
+        rules=rules_in_words(runs),
+        verdicts=[verdict(run, runs[0], headings[0]) for run in runs],
+        headings=[(words or building.title).split("\n") for words in headings],
+        names=[page.floor_title(building, k) for k in range(building.floors)],
+        floors=[floor_svg(building, k) for k in range(building.floors)],
+        kinds={CLASSES[k]: v for k, v in page.MEANINGS.items() if k in building.kind},
+        inks={CLASSES[kind]: ink for kind, ink in page.COLOURS.items()} | INKS,
+    )
+    path.write_text(content, "utf-8")
+
+
+def _film_of(runs: Sequence[Simulation], reels: "Sequence[Reel]") -> dict[str, Any]:
+    """Collect what the player reads; reels: of each run."""
+    building = runs[0].building
     down, across = building.kind.shape[1:]
-    film = {
+    return {
         "step": seconds_per_frame(runs[0]),
         "end": round(max(run.world.time for run in runs), 9),
         "trail": TRAIL_SECONDS,
@@ -68,20 +86,6 @@ def write_web_film(
         ],
         "runs": [reel.packed() for reel in reels],
     }
-
-    content = Template(TEMPLATE.read_text("utf-8"), autoescape=True).render(
-        film=film,
-        script=TEMPLATE.with_suffix(".js").read_text("utf-8"),
-        title=building.title,
-        rules=rules_in_words(runs),
-        verdicts=[verdict(run, runs[0], headings[0]) for run in runs],
-        headings=[(words or building.title).split("\n") for words in headings],
-        names=[page.floor_title(building, k) for k in range(building.floors)],
-        floors=[floor_svg(building, k) for k in range(building.floors)],
-        kinds={CLASSES[k]: v for k, v in page.MEANINGS.items() if k in building.kind},
-        inks={CLASSES[kind]: ink for kind, ink in page.COLOURS.items()} | INKS,
-    )
-    path.write_text(content, "utf-8")
 
 
 def rules_in_words(runs: Sequence[Simulation]) -> str:
