@@ -14,13 +14,13 @@ from processes import python
 from trainings import begun, equal, tiny
 
 from reference.__main__ import main
-from reference.building import Kind
+from reference.building import Kind, building_of
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing.matches import begin_evaluation, notes, with_digests
 from reference.workshop.comparing.named import strategy_of
 from reference.workshop.maps import load, plan_of, same_cells, to_text
-from reference.workshop.maps.generated import generated
+from reference.workshop.maps.generated import generated_text
 from reference.workshop.strategies import ANY_MAP, ANYWHERE, LEARNED, SHIPPED
 from reference.workshop.training.checkpoints import (
     CheckpointError,
@@ -110,7 +110,7 @@ def map_of(name):
     """One that ships, or one that is drawn by lot."""
     if isinstance(name, str):
         return shipped(name)
-    return generated(name, 24, 16, 2)
+    return building_of(generated_text(name, 24, 16, 2))
 
 
 @pytest.mark.parametrize("name", MAPS)
@@ -322,7 +322,7 @@ def test_learned_robots_and_fire_play_in_every_building(case):
 @pytest.mark.parametrize("seed", range(3))
 def test_the_learned_fire_lights_all_it_may_in_any_map(seed):
     """So that it has not been refused, or asked in vain."""
-    building = generated(seed, 24, 16, 2)
+    building = building_of(generated_text(seed, 24, 16, 2))
     scenario = Scenario(people=20, decision_seconds=1.0, sources=3, time_limit=30.0)
     sim = Simulation(
         building,
@@ -431,7 +431,7 @@ def test_evaluate_tells_in_its_table_which_network_played(tmp_path, capsys):
 def test_a_new_map_of_60_by_40_with_100_people_plays_in_one_command(tmp_path):
     """By the book: nothing is compiled, nor is numba loaded."""
     path = tmp_path / "new.txt"
-    path.write_text(plan_of(generated(5, 60, 40, 3)))
+    path.write_text(plan_of(building_of(generated_text(5, 60, 40, 3))))
     (tmp_path / "numba.py").write_text("raise SystemExit('numba was loaded')")
     asked = "--robots learned --fire learned --people 100 --scenario time_limit=8"
     words = ["evacuate", "--building", str(path), *asked.split(), "--json"]

@@ -7,7 +7,7 @@ import pytest
 from movies import shipped
 from pages import overlaps, writing
 
-from reference.building import Kind, lengths
+from reference.building import Kind, building_of, lengths
 from reference.game.codec import Moment
 from reference.workshop import drawing
 from reference.workshop.anchors.sets import GROUPS
@@ -24,7 +24,7 @@ from reference.workshop.drawing.choices import (
     ways_on_floor,
 )
 from reference.workshop.maps import load
-from reference.workshop.maps.generated import generated
+from reference.workshop.maps.generated import generated_text
 from reference.workshop.strategies.observed import way_marks
 from reference.workshop.training.presets import preset
 
@@ -104,7 +104,8 @@ def test_the_anchors_of_the_map_are_all_there_by_kind(name):
 @pytest.mark.parametrize("seed", range(30))
 def test_ways_out_are_drawn_where_one_can_stand(seed):
     """Also those whose points lie in a wall; the others are drawn as they are."""
-    building = generated(seed, 20 + seed % 30, 15 + seed % 20, 1 + seed % 3)
+    size = (20 + seed % 30, 15 + seed % 20, 1 + seed % 3)
+    building = building_of(generated_text(seed, *size))
     for floor in range(building.floors):
         outs, _ = way_marks(building, floor)
         drawn = ways_on_floor(building, floor, outs)
@@ -119,7 +120,7 @@ def test_ways_out_are_drawn_where_one_can_stand(seed):
 
 def test_the_picture_has_no_star_in_a_wall():
     """In a building where one would be."""
-    building = generated(4, 24, 19, 2)
+    building = building_of(generated_text(4, 24, 19, 2))
     for floor, axes in enumerate(drawing.anchors(building).axes):
         (stars,) = (line for line in axes.lines if line.get_marker() == "*")
         for x, y in stars.get_xydata():

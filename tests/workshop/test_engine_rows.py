@@ -19,7 +19,7 @@ from reference.workshop.engine.rows import (
     sight_made_quickly,
 )
 from reference.workshop.engine.tables import Tables
-from reference.workshop.maps.generated import generated
+from reference.workshop.maps.generated import generated_text
 
 
 def places_with(tables: Tables, number: int, p: int, bit: int) -> set[int]:
@@ -72,8 +72,8 @@ def compare(sight: Sight, tables: Tables, p: int, holes: frozenset[int]) -> None
 def test_a_row_is_what_the_book_sees(name, reach):
     """From a sample of places, through no holes, some doors and all of them."""
     assert engine_is_ready()
-    made = {"lot": lambda: generated(11, 40, 18, 3), "gaps": lambda: building_of(GAPS)}
-    building = made[name]() if name in made else shipped(name)
+    plans = {"lot": generated_text(11, 40, 18, 3), "gaps": GAPS}
+    building = building_of(plans[name]) if name in plans else shipped(name)
     sight = sight_of(building, reach)
     tables = Tables(sight)
     rng = np.random.default_rng(0)
@@ -91,7 +91,7 @@ def test_a_row_is_what_the_book_sees(name, reach):
 def test_rays_are_cast_as_by_the_book(reach):
     """The same tables, in buildings of odd shapes, at any range."""
     assert engine_is_ready()
-    for building in (shipped("school"), generated(12, 31, 17, 2)):
+    for building in (shipped("school"), building_of(generated_text(12, 31, 17, 2))):
         book = Sight(building, reach)
         again = Sight(building, reach)
         again.hits = np.full_like(book.hits, -1)

@@ -162,11 +162,11 @@ def decisions(summaries: Path) -> int:
     return max((int(row["step"]) for row in rows if row["side"] == "robots"), default=0)
 
 
-def memory(episodes: int = 100) -> float:
-    """Megabytes at the peak of `evaluate` with so many evacuations, in one process."""
-    command = "evaluate --robots escort --fire busiest --workers 0 --episodes"
+def memory() -> float:
+    """Megabytes at the peak of `evaluate` with 100 evacuations, in one process."""
+    command = "evaluate --robots escort --fire busiest --workers 0 --episodes 100"
     subprocess.run(
-        [sys.executable, "-m", "reference", *command.split(), str(episodes)],
+        [sys.executable, "-m", "reference", *command.split()],
         check=True,
         stdout=subprocess.DEVNULL,
     )

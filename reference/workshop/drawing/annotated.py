@@ -27,13 +27,13 @@ _PEN = {
 """Commands of an SVG path for matplotlib's."""
 
 
-def formula(tex: str, size: float = 16.0) -> str:
+def formula(tex: str) -> str:
     """Typeset a formula of matplotlib's mathtext: SVG, in the colour of the text.
 
     Raises ValueError for what mathtext does not know.
     """
     with rc_context({"text.parse_math": True, "mathtext.fontset": "stix"}):
-        text = TextPath((0, 0), f"${tex}$", size=size)
+        text = TextPath((0, 0), f"${tex}$", size=16.0)
     path = text.transformed(Affine2D().scale(1, -1))  # SVG counts downwards
     drawn = []
     for points, code in path.iter_segments():

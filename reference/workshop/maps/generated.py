@@ -20,7 +20,6 @@ import networkx as nx
 import numpy as np
 from numpy.random import Generator as Rng
 
-from reference.building import Building, building_of
 from reference.floorplan import STAIRWELLS
 from reference.paper import InputError
 from reference.workshop.maps.dividing import (
@@ -59,13 +58,6 @@ HOUSE_KINDS = [kind for kind in ROOM_NAMES if kind.istitle()]
 Walls: TypeAlias = Mapping[tuple[int, int], Sequence[Border]]
 Blocks: TypeAlias = list[tuple[int, Box]]
 """Boxes that are in no room, each with the sign of what is in it."""
-
-
-def generated(
-    seed: int, width: int = 40, height: int = 40, floors: int = 3
-) -> Building:
-    """Build what `generated_text` draws. Raises InputError."""
-    return building_of(generated_text(seed, width, height, floors))
 
 
 def generated_text(
