@@ -17,9 +17,9 @@ from reference.robots import actual_target, said_on_the_way
 from reference.simulation import Simulation
 from reference.workshop.anchors.frame import (
     ASTRAY,
+    FIRST_MARK,
     KEEP,
     UNIT,
-    WAIT,
     nearness,
     robot_destinations,
     to_normalised,
@@ -103,7 +103,7 @@ def test_what_moves_together_looks_the_same_to_a_robot():
     same = slice(first, first + (4 + 1 + 2) * WIDTH)  # people, a mate, fires
     assert np.allclose(one[:, same], other[:, same], atol=1e-6)
     off = anchors(frame, other)[0] - anchors(frame, one)[0]
-    still = WAIT + 1, WAIT + 2  # the exit, and where to guard it
+    still = FIRST_MARK, FIRST_MARK + 1  # the exit, and where to guard it
     assert np.allclose(off[:, still], (-2 / UNIT, 0), atol=1e-6)
     assert np.allclose(np.delete(off, still, axis=1), 0, atol=1e-6)
 
@@ -197,7 +197,7 @@ def test_where_to_guard_is_told_in_the_same_order_wherever_one_stands():
     frame, found = seen(sim)
     at = [robot.position for robot in sim.world.robots]
     spots = anchors(frame, found)[0] * UNIT + np.array(at)[:, None]
-    ways, marks = np.split(spots[:, WAIT + 1 : WAIT + 9], 2, axis=1)
+    ways, marks = np.split(spots[:, FIRST_MARK : FIRST_MARK + 8], 2, axis=1)
     assert np.allclose(marks[0], marks[1], atol=1e-4)
     assert not np.allclose(ways[0], ways[1], atol=1e-4)
 
@@ -209,7 +209,8 @@ def test_masks_never_forbid_to_guard():
     (rim,) = guard_points(sim.building, 0)
     for going, keeps in ((rim, True), (rim - (5, 0), False)):
         _, allowed = anchors(*seen(sim, masks=True, going=going))
-        assert allowed[0, [KEEP, WAIT + 1, WAIT + 2]].tolist() == [keeps, False, True]
+        kept, way_out, guarded = allowed[0, [KEEP, FIRST_MARK, FIRST_MARK + 1]]
+        assert (kept, way_out, guarded) == (keeps, False, True)
 
 
 @pytest.mark.paper("C5", "chosen")
@@ -228,7 +229,7 @@ def test_masks_forbid_what_helps_nobody():
     for going, keeps in ((r, [True, True]), (exit_, [True, False])):
         _, allowed = anchors(*seen(sim, masks=True, going=going))
         assert allowed[:, KEEP].tolist() == keeps
-        assert allowed[:, WAIT + 1].tolist() == [True, False]
+        assert allowed[:, FIRST_MARK].tolist() == [True, False]
     _, allowed = anchors(*seen(sim, masks=True, going=(-1.5, 2.5)))
     assert ASTRAY > 5 and allowed[:, KEEP].all()  # r is less than 5 m from there
 

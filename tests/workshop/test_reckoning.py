@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from test_sets import BUILDINGS, codec_of, evacuations, moment_of
 
-from reference.workshop.anchors.frame import WAIT, robot_destinations
+from reference.workshop.anchors.frame import FIRST_MARK, robot_destinations
 from reference.workshop.anchors.reckoning import FARTHEST, gains
 from reference.workshop.anchors.sets import SetView
 from reference.workshop.strategies.guides import (
@@ -50,7 +50,7 @@ def test_metres_are_those_that_escort_and_its_robots_reckon_with(name):
             assert view.out[b] == pytest.approx(cheapest[at])
             d = metres_from(world, robot)[at]
             assert view.to[b][real] == pytest.approx(d[real], rel=1e-6)
-            for k, marks in enumerate(view.ways.marks[robot.floor], WAIT + 1):
+            for k, marks in enumerate(view.ways.marks[robot.floor], FIRST_MARK):
                 through = least([outside[mark] for mark in marks])
                 assert view.total[b, k] == pytest.approx(through[robot.place])
     assert world.flames.burning.any()

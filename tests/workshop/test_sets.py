@@ -23,6 +23,7 @@ from reference.simulation import Simulation
 from reference.workshop import engine
 from reference.workshop.anchors.crop import CROP, crops
 from reference.workshop.anchors.frame import (
+    FIRST_MARK,
     KEEP,
     NEAREST_PEOPLE,
     UNIT,
@@ -340,7 +341,7 @@ def test_who_may_lead_somebody_may_choose_a_way_out():
         codec = codec_of(sim)
         (seen,) = codec.read([moment_of(sim)])
         allowed = seen[:, 2 * codec.anchors : 3 * codec.anchors]
-        way_out = WAIT + 1
+        way_out = FIRST_MARK
         assert allowed[:, way_out].sum() == may
 
 
@@ -461,7 +462,7 @@ def test_flames_on_the_way_to_an_anchor_are_told():
         anchors[..., OFF : OFF + 2], seen[:, : 2 * codec.anchors].reshape(2, -1, 2)
     )
     on_way, near = anchors[0, :, ON_WAY], anchors[0, :, ON_WAY + 1]
-    out, rim = WAIT + 1, WAIT + 2
+    out, rim = FIRST_MARK, FIRST_MARK + 1
     assert on_way[out] == on_way[rim] == 1  # through the flame
     assert on_way[WAIT] < on_way[-1] < 1 or on_way[WAIT] < 0.1
     assert near[rim] > near[WAIT] > 0

@@ -37,7 +37,8 @@ ASTRAY = 8.0  # [C5, chosen] metres: hardly anybody goes farther between decisio
 
 KEEP = 0
 WAIT = 1
-"""The first anchors: where a robot is headed, and where it stands."""
+FIRST_MARK = 2
+"""The first anchors: where a robot is headed, and where it stands; then the map's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -248,7 +249,7 @@ class RobotView:
         """
         leads = self.mine.any(axis=1)
         helps = np.ones_like(self.allowed)
-        helps[:, WAIT + 1 :][:, self.of_outs] = leads[:, None]
+        helps[:, FIRST_MARK:][:, self.of_outs] = leads[:, None]
 
         # the old destination
         people = self.points[:, self.of_people, :2]

@@ -20,7 +20,14 @@ from reference.building import lengths
 from reference.game.codec import PolicyCodec
 from reference.game.environment import DECIMALS
 from reference.game.observations import me_first
-from reference.workshop.anchors.frame import KEEP, UNIT, WAIT, RobotView, nearness
+from reference.workshop.anchors.frame import (
+    FIRST_MARK,
+    KEEP,
+    UNIT,
+    WAIT,
+    RobotView,
+    nearness,
+)
 from reference.workshop.anchors.known_ways import known_ways_of
 from reference.workshop.anchors.reckoning import FARTHEST, CostsNow, gains
 from reference.workshop.anchors.shapes import (
@@ -178,7 +185,7 @@ class SetView(RobotView):
             )
         self.total = np.minimum(self.to + self.out, FARTHEST)
         outs = costs.by_way[world, self.floor, :, self.place % self.map.nav.floor_size]
-        self.total[:, WAIT + 1 :][:, self.of_outs] = outs
+        self.total[:, FIRST_MARK:][:, self.of_outs] = outs
         self.outside = costs.outside[world, self.place]
 
     def _find_mates(self) -> None:
@@ -243,14 +250,14 @@ class SetView(RobotView):
         B, K = self.allowed.shape
         marks = self._map_numbers()
         m = marks.shape[1]
-        first = WAIT + 1
+        end = FIRST_MARK + m
         of_map = np.zeros((B, K, MARK_NUMBERS))
-        of_map[:, first : first + m] = marks
+        of_map[:, FIRST_MARK:end] = marks
         of_map[:, KEEP] = self._mark_at_destination(marks)
         kinds = np.zeros((B, K, 3))
         kinds[:, KEEP, 0] = 1
         kinds[:, WAIT, 1] = 1
-        kinds[:, first + m :, 2] = 1  # people
+        kinds[:, end:, 2] = 1  # people
 
         real = ~np.isnan(self.spots[..., 0])
         on_way, near = self._flames()
@@ -282,10 +289,10 @@ class SetView(RobotView):
     def _guide_columns(self, lost: np.ndarray) -> list[np.ndarray]:
         """(B, K) each: what a guide would weigh; lost (B, K): people in groups."""
         extra = self.total - self.outside[:, None]
-        outs = self.total[:, WAIT + 1 :][:, self.of_outs]
+        outs = self.total[:, FIRST_MARK:][:, self.of_outs]
         least = outs.min(axis=1, keepdims=True)
         cheapest = np.zeros_like(self.allowed)
-        cheapest[:, WAIT + 1 :][:, self.of_outs] = outs == least
+        cheapest[:, FIRST_MARK:][:, self.of_outs] = outs == least
         more, detour = gains(self.total, self.outside, lost, self.mine.sum(axis=1))
         return [
             self.out / AWAY,

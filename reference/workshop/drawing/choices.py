@@ -20,7 +20,7 @@ from reference.fire import NoFire
 from reference.game.codec import PolicyCodec
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop.anchors.frame import KEEP, WAIT, robot_destinations
+from reference.workshop.anchors.frame import FIRST_MARK, KEEP, WAIT, robot_destinations
 from reference.workshop.anchors.sets import SetView
 from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.evacuation import FLAME, INK, STEPS, marker
@@ -105,8 +105,7 @@ def anchors_of(simulation: Simulation) -> dict[int, dict[str, np.ndarray]]:
     (vectors,) = codec.observe([world])
     headed = robot_destinations(world)
     view = SetView(codec, vectors, headed, masks=False, flames=[world.flames])
-    first_mark = WAIT + 1
-    marks = view.spots[:, first_mark:]
+    marks = view.spots[:, FIRST_MARK:]
 
     found = dict[int, dict[str, np.ndarray]]()
     for k, robot in enumerate(world.robots):

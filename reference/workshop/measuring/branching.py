@@ -31,7 +31,13 @@ from reference.robots import (
     actual_target,
 )
 from reference.simulation import Simulation
-from reference.workshop.anchors.frame import KEEP, WAIT, RobotView, robot_destinations
+from reference.workshop.anchors.frame import (
+    FIRST_MARK,
+    KEEP,
+    WAIT,
+    RobotView,
+    robot_destinations,
+)
 from reference.workshop.engine import run_to_decision
 from reference.workshop.strategies.trained import decide_all
 from reference.workshop.strategies.worst_case import another_future
@@ -145,8 +151,7 @@ def _view_of(run: Simulation, masks: bool) -> RobotView:
 
 def _numbers_of(view: RobotView, kind: str) -> Sequence[int]:
     """List the numbers of a frame's anchors of one kind."""
-    first = WAIT + 1
-    marks = range(first, first + view.marks.shape[1])
+    marks = range(FIRST_MARK, FIRST_MARK + view.marks.shape[1])
     of_kind = {
         TO_WAY_OUT: marks[view.of_outs],
         TO_FOOT: marks[view.of_feet],
