@@ -275,15 +275,20 @@ def lines_of_by_age() -> list[str]:
     ]
 
 
-def lines_of_from_nothing() -> list[str]:
-    """Survivors after so many decisions, and of guides; at last less `escort`."""
-    kept = ROOT / "tutorials" / "tables" / "from_nothing.json"
+def lines_of_from_nothing(name: str) -> list[str]:
+    """Survivors after so many decisions, and of guides; at last less `escort`.
+
+    Of the second training without guides: they are those of the first table.
+    """
+    kept = ROOT / "tutorials" / "tables" / f"{name}.json"
     cells = json.loads(kept.read_text(encoding="utf-8"))["cells"]
     met: dict[str, list[dict]] = {}
     for cell in cells:
         met.setdefault(cell["robots"], []).append(cell)
     rows = []
     for robots, under in met.items():
+        if robots.isalpha() and name.endswith("again"):
+            continue
         who = f"`{robots}`" if robots.isalpha() else robots
         rows.append(
             row(who, [f"{100 * cell['survival']['mean']:.1f}" for cell in under])
@@ -410,7 +415,8 @@ FIRES_ANYWHERE = ("random", "busiest")
         (lines_of_tenths, 14),
         (lines_of_league, 13),
         (lines_of_by_age, 6),
-        (lines_of_from_nothing, 13),
+        (partial(lines_of_from_nothing, "from_nothing"), 13),
+        (partial(lines_of_from_nothing, "from_nothing_again"), 8),
         (lines_of_worth, 10),
         (partial(lines_of_any_map, "any_map"), 7),
         (partial(lines_of_any_map, "any_map_many_robots"), 7),
@@ -421,6 +427,7 @@ FIRES_ANYWHERE = ("random", "busiest")
         "league",
         "by age",
         "from nothing",
+        "from nothing again",
         "worth",
         "any map",
         "with many robots",

@@ -127,7 +127,9 @@ print("survivors of `busiest`:", saved(busy), " of its sequence:", saved(blind))
 # `busiest`: that may be luck.
 # `tutorials/experiments/is_it_adaptive.py` asks it of any fire, from other evacuations.
 #
-# So there is something to teach: whoever knows the attack saves more under it.
+# So there is something to teach: whoever knows the attack saves more under it. Robots
+# that learn from nothing can find it out by themselves, but it takes millions of
+# decisions, and one training of two did not (`tutorials/pictures/who_guards.png`).
 # RESULTS.md tells more, from more evacuations.
 
 # %% Exercise
