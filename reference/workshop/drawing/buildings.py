@@ -91,7 +91,7 @@ def side_by_side(
 
 def _floors_shape(building: Building) -> tuple[int, float, int]:
     """Metres down and across that all floors of a building take, and their rows."""
-    rows, columns = page.arranged(building)
+    rows, columns = page.arranged(building, building.floors)
     down, across = building.kind.shape[1:]
     return rows * down, columns * across * 1.1, rows
 

@@ -7,7 +7,7 @@ moment, and stand here for one: ten seconds into an evacuation that `Escort` gui
 What `learned` reads is drawn: groups of people have anchors.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -62,7 +62,7 @@ def anchors(building: Building) -> Figure:
     simulation = moment_of(building)
     when = f"{simulation.world.time:.0f} s after the start"
     title = f"{building.title}: points that robots choose between, {when}"
-    figure, panels = page.floor_page(building, title, _PALE)
+    figure, panels = page.floor_page(building, title, range(building.floors), _PALE)
     found = anchors_of(simulation)
     for floor, by_kind in found.items():
         stars = ways_on_floor(building, floor, way_marks(building, floor)[0])
@@ -158,9 +158,9 @@ def _draw_anchors(axes: Axes, by_kind: dict[str, np.ndarray]) -> None:
         axes.plot(*way.T, color=INK, lw=0.8, ls=(0, (4, 2)), zorder=4)
 
 
-def _draw_people(simulation: Simulation, panels: Sequence[Axes]) -> None:
+def _draw_people(simulation: Simulation, panels: dict[int, Axes]) -> None:
     """Draw everybody who walks; anchors at people lie upon them."""
     bodies = simulation.world.bodies
-    for floor, axes in enumerate(panels):
+    for floor, axes in panels.items():
         here = bodies.walking & (bodies.floor == floor)
         axes.plot(*bodies.position[here].T, **ANCHOR_LOOKS[PERSON])

@@ -34,18 +34,18 @@ def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
     name = page.shortened(building.title, 36)
     named = f"{name}, {heading}" if heading else name
     title = page.shortened(named, 72 - len(counts)) + counts
-    figure, panels = page.floor_page(building, title)
+    figure, panels = page.floor_page(building, title, range(building.floors))
 
     look: Style = {"vmin": 0, "vmax": max(1.0, density.max())}
     look |= {"cmap": DENSITY_COLOURS, "extent": page.extent_of(building)}
-    for floor, axes in enumerate(panels):
+    for floor, axes in panels.items():
         apart = building.kind[floor] != Kind.FLOOR  # doors keep their colours
         seen = np.ma.masked_where(apart, density[floor])
         image = axes.imshow(seen, **look)
         mark_deaths(axes, building, deaths[floor], runs)
 
     label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
-    figure.colorbar(image, ax=panels, shrink=0.7, aspect=40, label=label)
+    figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
     died = page.samples(CROSS if deaths.any() else {})
     page.legend(figure, [*page.swatches(building.kind), *died])
     figure.draw_without_rendering()

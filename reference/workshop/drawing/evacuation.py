@@ -128,7 +128,7 @@ class Scene:
     ):
         """headings: of each; "" is the building's title, further lines are small."""
         count = len(headings)
-        rows, columns = page.arranged(building)
+        rows, columns = page.arranged(building, building.floors)
         cells_down, cells_across = building.kind.shape[1:]
         down = rows * cells_down
         across = columns * cells_across
@@ -376,7 +376,7 @@ def paint_floors(
     Returns each one's move from the building to the axes, (floors, 2) metres.
     """
     left, right, low, high = page.extent_of(building)
-    _, columns = page.arranged(building)
+    _, columns = page.arranged(building, building.floors)
     row, column = np.divmod(np.arange(building.floors), columns)
     across = 1.1 * (right - left)
     down = high - low + 20 / metre  # with room for names

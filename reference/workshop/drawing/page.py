@@ -133,27 +133,25 @@ def samples(looks: Mapping[str, Style]) -> list[Artist]:
 
 
 def floor_page(
-    building: Building, title: str, alpha: float = 1.0
-) -> tuple[Picture, list[Axes]]:
-    """Make a titled figure with a panel in metres for each floor."""
-    rows, columns = arranged(building)
+    building: Building, title: str, floors: Sequence[int], alpha: float = 1.0
+) -> tuple[Picture, dict[int, Axes]]:
+    """Make a titled figure with a panel in metres for each of the floors."""
+    rows, columns = arranged(building, len(floors))
     down, across = np.multiply((rows, columns), building.kind.shape[1:])
     width = min(12, 6 * across / down) + 0.7
     height = min(6, 12 * down / across) + 1.5
     figure = sheet(title, max(width, 9), height, "compressed")
 
-    panels = []
-    for floor in range(building.floors):
-        axes = figure.add_subplot(rows, columns, floor + 1)
-        paint_floor(axes, building, floor, alpha)
-        axes.label_outer()
-        panels.append(axes)
+    panels = {}
+    for place, floor in enumerate(floors, 1):
+        panels[floor] = figure.add_subplot(rows, columns, place)
+        paint_floor(panels[floor], building, floor, alpha)
+        panels[floor].label_outer()
     return figure, panels
 
 
-def arranged(building: Building) -> tuple[int, int]:
+def arranged(building: Building, floors: int) -> tuple[int, int]:
     """Choose rows and columns of floors for a page about twice as wide as high."""
-    floors = building.floors
     high, wide = building.kind.shape[1:]
 
     def unlike(columns: int) -> float:

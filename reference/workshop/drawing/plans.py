@@ -48,13 +48,15 @@ NODES: dict[str, Style] = {
 }
 
 
-def top(building: Building) -> Picture:
-    """Draw all floors from above [A8, Figs. 4-6]."""
-    figure, panels = page.floor_page(building, building.title)
-    page.legend(figure, page.swatches(building.kind))
+def top(building: Building, floor: int | None = None) -> Picture:
+    """Draw all floors from above, or one (0 is the first) [A8, Figs. 4-6]."""
+    floors = [*range(building.floors)] if floor is None else [floor]
+    figure, panels = page.floor_page(building, building.title, floors)
+    page.legend(figure, page.swatches(building.kind[floors]))
     figure.draw_without_rendering()
     for area in building.areas:
-        write_name(panels[area.floor], building, area)
+        if area.floor in panels:
+            write_name(panels[area.floor], building, area)
     return figure
 
 
@@ -66,7 +68,7 @@ def graph(building: Building) -> Figure:
     of the way beside it: by a door, 7 is 1/door-7.
     """
     title = f"{building.title}: the graph"
-    figure, panels = page.floor_page(building, title, 0.28)
+    figure, panels = page.floor_page(building, title, range(building.floors), 0.28)
     kinds = {a.kind for a in building.areas} | {m.kind for m in building.landmarks}
     nodes = {kind: look for kind, look in NODES.items() if kind in kinds}
     ways = {page.MEANINGS[kind]: look for kind, look in WAYS.items() if kind in kinds}
@@ -89,7 +91,7 @@ def graph(building: Building) -> Figure:
         axes.plot(*node_of(building, area), **NODES[area.kind])
         look: Style = {"bbox": _BOX} if area.kind == "room" else {"color": "white"}
         write_name(axes, building, area, 8.0, look=look)
-    for floor, axes in enumerate(panels):
+    for floor, axes in panels.items():
         _write_numbers(axes, building, floor)
     return figure
 
