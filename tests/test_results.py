@@ -15,7 +15,11 @@ import numpy as np
 import pytest
 from conftest import ROOT
 
-from reference.workshop.comparing.intervals import interval_of_mean
+from reference.workshop.comparing.intervals import (
+    Interval,
+    format_interval,
+    interval_of_mean,
+)
 
 CELLS = {
     (cell["robots"], cell["fire"]): cell
@@ -398,6 +402,24 @@ def lines_of_any_map(name: str) -> list[str]:
     return lines
 
 
+def lines_of_copies() -> list[str]:
+    """Points less than `guard` under five fires, and how often a copy agrees."""
+    kept = ROOT / "tutorials" / "tables" / "to_copy.json"
+    cells = json.loads(kept.read_text(encoding="utf-8"))["cells"]
+    of_copy: dict[tuple[int, int], list[dict]] = {}
+    for cell in cells:
+        of_copy.setdefault((cell["evacuations"], cell["units"]), []).append(cell)
+    rows = []
+    for (evacuations, units), under in sorted(of_copy.items()):
+        less = []
+        for cell in under:
+            gain = Interval(**{end: 100 * x for end, x in cell["gain"].items()})
+            less.append(format_interval(gain, 1, ends=True).replace("-", "−"))
+        agree = np.mean([cell["agreement"] for cell in under])
+        rows.append(row(f"{evacuations:,}", [str(units), *less, f"{agree:.1f}"]))
+    return rows
+
+
 def with_interval(values: np.ndarray) -> str:
     """A mean with its interval, as it is printed."""
     mean, low, high = map(signed, interval_of_mean(values))
@@ -417,6 +439,7 @@ FIRES_ANYWHERE = ("random", "busiest")
         (lines_of_by_age, 6),
         (partial(lines_of_from_nothing, "from_nothing"), 13),
         (partial(lines_of_from_nothing, "from_nothing_again"), 8),
+        (lines_of_copies, 6),
         (lines_of_worth, 10),
         (partial(lines_of_any_map, "any_map"), 7),
         (partial(lines_of_any_map, "any_map_many_robots"), 7),
@@ -428,6 +451,7 @@ FIRES_ANYWHERE = ("random", "busiest")
         "by age",
         "from nothing",
         "from nothing again",
+        "copies",
         "worth",
         "any map",
         "with many robots",
