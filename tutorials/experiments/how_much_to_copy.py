@@ -7,7 +7,8 @@ Copies of `guard` as copy_guard.yaml makes them, of 240 to 3,840 evacuations, an
 their teacher.  In further ones the teacher is asked at each decision of a copy where it
 would send the robot: they agree if both places are as near each other as what still
 counts as the same anchor.  Whatever is finished is kept; the same command goes on.  It
-takes some two hours of a core; 3,840 evacuations need 16 GB of memory.
+takes some three hours of a core.  1,920 evacuations need 7 GB of memory, 3,840 twice
+as much.
 
 Said before looking, as of every copy: it is to be within 1 point of its teacher under
 every fire.
