@@ -79,26 +79,18 @@ def first_look(arguments: Namespace) -> None:
     film.tell()
 
 
-class _Film:
-    """The file of a film; why it could not be written is told after the figures."""
+class _Output:
+    """Something to write; why it could not be written is told after the figures."""
 
     def __init__(self, path: Path):
-        """Raise OSError if it cannot be written now."""
-        refuse_unwritable(path)
         self.path = path
         self.error: OSError | None = None
 
-    def make(
-        self,
-        simulations: Sequence[Simulation],
-        headings: Sequence[str],
-        going: Iterator[None],
-    ) -> None:
-        """Film simulations while they run."""
-        from reference.workshop.drawing.film import animate  # loads matplotlib
-
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Keep an OSError of the block for later."""
         try:
-            animate(simulations, self.path, headings, going)
+            yield
         except OSError as error:
             self.error = error
 
@@ -109,30 +101,43 @@ class _Film:
         print_note(f"written: {self.path}")
 
 
-class _Record:
-    """The folder of a recording; why it could not be written is told later, too."""
+class _Film(_Output):
+    """The file of a film."""
 
-    def __init__(self, folder: Path):
-        self.folder = folder
-        self.error: OSError | None = None
+    def __init__(self, path: Path):
+        """Raise OSError if it cannot be written now."""
+        refuse_unwritable(path)
+        super().__init__(path)
+
+    def make(
+        self,
+        simulations: Sequence[Simulation],
+        headings: Sequence[str],
+        going: Iterator[None],
+    ) -> None:
+        """Film simulations while they run."""
+        from reference.workshop.drawing.film import animate  # loads matplotlib
+
+        with self.writing():
+            animate(simulations, self.path, headings, going)
+
+
+class _Record(_Output):
+    """The folder of a recording."""
 
     @contextmanager
     def of(self, simulation: Simulation) -> Iterator[Callable[[], None]]:
         """Record a simulation in the block, as `recording` does."""
-        with ExitStack() as written:
-            yield written.enter_context(recording(simulation, self.folder))
-            try:
-                written.close()
-            except OSError as error:
-                self.error = error
+        with ExitStack() as stack:
+            yield stack.enter_context(recording(simulation, self.path))
+            with self.writing():
+                stack.close()
 
     def tell(self) -> None:
-        """Say what is written, and what to know of it. Raises OSError if it is not."""
-        if self.error:
-            raise self.error
-        print_note(f"written: {self.folder}")
-        for line in remarks(self.folder):
-            print_note(f"in {self.folder}: {line}")
+        """Say what to know of it, too."""
+        super().tell()
+        for line in remarks(self.path):
+            print_note(f"in {self.path}: {line}")
 
 
 def _play_one_seed(
