@@ -94,7 +94,7 @@ def test_robots_may_observe_with_errors(capsys):
     ("options", "told"),
     [
         ("--robots none --errors 3", "no robot observes anything: --errors changes no"),
-        ("--robots none sweep --scenario robots_per_floor=0", "0: sweep guides nobody"),
+        ("--robots none sweep --scenario robots_per_floor=0", "0: no robot for sweep"),
     ],
 )
 def test_what_changes_nothing_is_told(options, told, capsys):
@@ -105,7 +105,7 @@ def test_what_changes_nothing_is_told(options, told, capsys):
     none = short.replace(" sweep", "")
     assert main(f"{none} --out eval".split()) == 0
     assert main(f"{AGAIN} --robots sweep".split()) == 0
-    guides = "robots_per_floor is 0: sweep guides nobody" in capsys.readouterr().err
+    guides = "robots_per_floor is 0: no robot for sweep" in capsys.readouterr().err
     assert guides == ("robots_per_floor" in options)
 
 

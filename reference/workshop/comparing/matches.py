@@ -286,7 +286,7 @@ def notes(evaluation: Evaluation) -> list[str]:
     guides = [word for word in evaluation.robots if word != "none"]
     lines = []
     if guides and not arena.scenario.robots_per_floor:
-        lines.append(f"robots_per_floor is 0: {', '.join(guides)} guides nobody")
+        lines.append(f"robots_per_floor is 0: no robot for {', '.join(guides)}")
     if evaluation.errors and not (guides and arena.scenario.robots_per_floor):
         lines.append("no robot observes anything: --errors changes nothing")
     kept = {arena.building: _digest_of_drawing(arena.drawn.drawing)}

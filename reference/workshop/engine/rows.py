@@ -159,7 +159,7 @@ def fly_on(S, R, p, k, holes):
 
 
 @mirrors("rays.Sight.landmarks d794f7", "rays.Sight._stops ef0f08")
-def add_hits(S, R, p, stops):
+def add_hits(S, R, stops):
     """Add the nearest hit of each landmark, the nearest first."""
     # a stable order, as sorted() has it
     for k in range(1, stops):
@@ -282,7 +282,7 @@ def fill_row(S, R, p, holes):
     R.counts[:] = 0
     R.plain[:] = False
     stops = cast_all(S, R, p, holes)
-    add_hits(S, R, p, stops)
+    add_hits(S, R, stops)
     add_line(S, R, p)
     add_ground(S, R, p)
     if not len(holes):

@@ -303,7 +303,7 @@ def push(N, obstacles, walkers, n, pairs, count):
 
 
 @mirrors("motion._not_into_each_other a025cd", "motion.Pairs.off 3cc630")
-def not_into_each_other(N, walkers, n, pairs, count, shuffling):
+def not_into_each_other(walkers, n, pairs, count, shuffling):
     """Of two who would overlap, keep in place the one that yields; if need be, both.
 
     Goes from `walked` (where they may stay) to `tried`; shuffling: only pairs of which
@@ -385,7 +385,7 @@ def shuffle(N, obstacles, walkers, n, pairs, count, rng):
         if free(N, obstacles, w, x, y):
             w.tried_x = x
             w.tried_y = y
-    not_into_each_other(N, walkers, n, pairs, count, True)
+    not_into_each_other(walkers, n, pairs, count, True)
 
 
 @mirrors("motion.step 2e6c0c", "motion._walk b8decd")
@@ -417,7 +417,7 @@ def step(N, obstacles, walkers, n, pairs, count, rng):
         w.tried_y = w.moved_y
         w.walked_x = w.x
         w.walked_y = w.y
-    not_into_each_other(N, walkers, n, pairs, count, False)
+    not_into_each_other(walkers, n, pairs, count, False)
 
     any_held = False
     for k in range(n):
