@@ -147,8 +147,8 @@ def claims() -> list[tuple[str, str]]:
             "README",
             f"under `fixed` it saves {guarding:.1f} points more "
             "than `escort`. Its copy, which ships as `learned`, saves "
-            f"{figure('learned', 'fixed', 'gain'):.1f} more there and "
-            f"{figure('learned', 'busiest', 'gain'):.1f} more under `busiest`, but "
+            f"{figure('learned', 'fixed', 'gain'):.1f} more there, but "
+            f"{-figure('learned', 'busiest', 'gain'):.1f} less under `busiest` and "
             f"{-figure('learned', 'closer', 'gain'):.1f} less under `closer`.",
         ),
         ("RESULTS", f"hardest scripted fire | {hardest:.1f} (`escort`, `busiest`) |"),

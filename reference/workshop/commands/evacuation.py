@@ -48,7 +48,7 @@ CHOSEN_SEED = 56
 
 Its three evacuations end within three people of the means.
 """
-MEAN_OUT = {FILMED[0]: 28.9, FILMED[1]: 37.5, LEARNED_TOO: 37.4}
+MEAN_OUT = {FILMED[0]: 28.9, FILMED[1]: 37.5, LEARNED_TOO: 37.5}
 """How many of 40 get out on average: `tutorials/tables/contest.json`, 200 seeds."""
 
 
