@@ -6,7 +6,7 @@ that it follows from: what is made is not made again, and what changed is made a
 What was made with other numbers of the paper is refused.
 
     trainings/NAME-DIGEST/  of an arm and a seed: checkpoint, curve, log
-    tests-DIGEST/           an evaluation; digest: of the arena and own code
+    tests-DIGEST/           an evaluation; digest: of the arena, own code, what ships
 """
 
 import json
@@ -40,7 +40,7 @@ from reference.workshop.storage.workers import (
     map_as_done,
     one_thread,
 )
-from reference.workshop.strategies import ANYWHERE, SHIPPED
+from reference.workshop.strategies import ANYWHERE, LEARNED, SHIPPED
 from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import (
     Task,
@@ -60,7 +60,10 @@ def training_folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
     paths = {}
     for training in experiment.trainings:
         settings, fires = experiment.arm(arm_of(training))
-        name = f"{training}-{_digest(experiment.arena.plan, asdict(settings), fires)}"
+        made_of = [experiment.arena.plan, asdict(settings), fires]
+        if LEARNED in fires:
+            made_of.append(_digest_of_shipped())
+        name = f"{training}-{_digest(*made_of)}"
         paths[training] = folder.absolute() / TRAININGS_FOLDER / name
     return paths
 
@@ -81,10 +84,14 @@ def arm_of(training: str) -> str:
 
 
 def _digest(*plain: Any) -> str:
-    """Digest plain data, with the version and the policies that ship."""
-    shipped = sha256(SHIPPED.read_bytes() + ANYWHERE.read_bytes()).hexdigest()
-    parts = [reference.__version__, reference.GAME, shipped, plain]
+    """Digest plain data, with the version."""
+    parts = [reference.__version__, reference.GAME, plain]
     return sha256(json.dumps(parts).encode()).hexdigest()[:8]
+
+
+def _digest_of_shipped() -> str:
+    """Digest the policies that ship."""
+    return sha256(SHIPPED.read_bytes() + ANYWHERE.read_bytes()).hexdigest()
 
 
 def finish_trainings(
@@ -185,5 +192,5 @@ def play_tests(
         Evaluation(arena, robots, fires, test.seed, test.episodes, files=files)
     )
     code = {word: of for word, of in evaluation.digests.items() if is_code(word)}
-    there = folder / f"tests-{_digest(asdict(arena), code)}"
+    there = folder / f"tests-{_digest(asdict(arena), code, _digest_of_shipped())}"
     return play_evaluation(evaluation, there, executor)
