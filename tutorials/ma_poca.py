@@ -6,9 +6,10 @@
 MA-POCA (Cohen et al. 2021, arXiv 2111.05992) trains a group that is rewarded together
 and whose members may finish at different times. It is PPO (Schulman et al. 2017, arXiv
 1707.06347) with a critic for the group. This file needs torch alone, the second command
-`pip install mpe2` too. It computes what ML-Agents 0.29.0 does as `poca` and `ppo`: a
-test finds the same gradients in `reference.learning`. Four mistakes are easy to make,
-and the program runs all the same: see `TRAP`.
+`pip install mpe2` too. Targets, losses and networks are those of `poca` and `ppo` in
+ML-Agents 0.29.0: a test finds the same gradients in `reference.learning`. Left out are
+schedules, time_horizon and normalised inputs. Four mistakes are easy to make, and the
+program runs all the same: see `TRAP`.
 
     T, t   decisions of a group in one episode;  G  agents of the group
     B      decisions of the group in a minibatch;  M  decisions of single agents in it
@@ -124,8 +125,8 @@ class Zoo:
 class Episode(NamedTuple):
     """What a group observed, did and earned.
 
-    Who is done does not come back, and keeps its last observation. o and alive have one
-    row more: after the last decision. There those are alive whom a time limit cut off.
+    Who is done does not come back; what it observes then is not read. o and alive have
+    one row more: after the last decision. There those are alive whom a time limit cut off.
     """
     o: Tensor  # (T + 1, G, D)
     alive: Tensor  # (T + 1, G) bool

@@ -1,8 +1,9 @@
-"""Bounds of the reward: R_w when everybody dies, R_b by Eq. 7, and the critical points.
+"""The worst reward R_w, the best R_b by Eq. 7, and the critical points.
 
-Two upper bounds: Eq. 7 counts everybody on every floor, each at full health;
+Two estimates of the best: Eq. 7 counts everybody on every floor, each at full health;
 `best_reward_carried` starts people on their own floors and carries health over from
-floor to floor.
+floor to floor. Both take mean ways, so neither is a bound in every map: who comes from
+above crosses a floor from stairs to stairs, which may be nearer.
 
     n     people;  hp  health at the start;  len  way to a floor's nearest way out, m
     loss  health lost on that way;  j  floor
@@ -62,7 +63,7 @@ def mean_ways(building: Building) -> tuple[float, ...]:
 
 
 def best_reward_carried(losses: Sequence[float], starters: Sequence[float]) -> float:
-    """Bound the reward if health lost on one floor is not restored [F8].
+    """Estimate the best reward if health lost on a floor is not restored [F8].
 
     losses: health lost on the way off each floor; starters: people who start there;
     both lowest first. For 25/3 on each of three floors: 14000 when all forty start on

@@ -49,7 +49,7 @@ def difficulty(
     people: np.ndarray,
     scenario: Scenario | None = None,
 ) -> float:
-    """Compute h, the share of their ways out that people lose [F11].
+    """Compute h from x, the share of their ways out that people lose [F11].
 
     arrival   (floors, rows, cols) seconds when each cell begins to burn, inf for never
     people    (areas,) how many start in each area

@@ -29,7 +29,7 @@ class TrainerSettings:
 
     trainer_type: str  # "poca", a group, or "ppo", each alone
     batch_size: int  # steps of a minibatch ...
-    buffer_size: int  # ... and of an update
+    buffer_size: int  # steps: once more of them wait, an update uses all
     learning_rate: float
     learning_rate_schedule: str  # "linear", to a floor at max_steps, or "constant"
     beta: float  # weight of the entropy

@@ -21,9 +21,9 @@ from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.workers import workers
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.workshop.training.batches import (
-    MixedDecisions,
     Ragged,
     averaged,
+    joined_mixed,
     pieces_of,
     strips,
 )
@@ -89,7 +89,7 @@ def learner():
 @pytest.mark.paper("E3")
 def test_a_loss_of_two_buildings_is_the_mean_over_their_decisions(learner):
     """Value, baseline, policy and entropy, as if all were read at once."""
-    both = MixedDecisions.joined(learner.buffer)
+    both = joined_mixed(learner.buffer)
     assert isinstance(both.vectors, Ragged)
     lives = [int(part.alive.sum()) for part in learner.buffer]
     assert int(both.alive.sum()) == sum(lives)
@@ -105,8 +105,8 @@ def test_a_loss_of_two_buildings_is_the_mean_over_their_decisions(learner):
 @pytest.mark.paper("E3")
 def test_the_order_of_buildings_means_nothing(learner):
     """Neither to a batch's loss, nor to what its rows hold."""
-    one = MixedDecisions.joined(learner.buffer)
-    other = MixedDecisions.joined(learner.buffer[::-1])
+    one = joined_mixed(learner.buffer)
+    other = joined_mixed(learner.buffer[::-1])
     assert torch.allclose(*(learner.loss(b, 0.2, 0.01)[0] for b in (one, other)))
     first = len(learner.buffer[0])
     turned = torch.cat([torch.arange(first, len(one)), torch.arange(first)])
@@ -120,7 +120,7 @@ def test_the_order_of_buildings_means_nothing(learner):
 def test_one_building_is_one_batch_as_in_the_book(learner):
     """The same columns, the same loss and the same order to the bit."""
     part = learner.buffer[0]
-    same = MixedDecisions.joined([part, part])
+    same = joined_mixed([part, part])
     assert equal(vars(same), vars(Decisions.joined([part, part])))
     ((share, piece),) = pieces_of(same)
     assert share == 1 and piece is same
@@ -134,7 +134,7 @@ def test_one_building_is_one_batch_as_in_the_book(learner):
 
 def test_strips_hold_every_row_once(learner):
     """Also where shapes differ."""
-    both = MixedDecisions.joined(learner.buffer * 5)
+    both = joined_mixed(learner.buffer * 5)
     found = torch.cat([*strips(both, 7, torch.Generator())])
     assert sorted(found.tolist()) == [*range(len(both))]
 

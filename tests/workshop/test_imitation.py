@@ -100,6 +100,21 @@ def test_the_critic_of_a_policy_made_elsewhere_learns_alone_at_first(imitates):
         assert not torch.equal(critic, critic_now)
 
 
+@pytest.mark.paper("E1", "chosen")
+def test_the_critic_learns_alone_for_an_update_even_where_that_takes_rounds():
+    """A buffer of more steps than a round has, and one critic round."""
+    theirs = begun(seed=1).learners["robots"]
+    given = LearnedNetwork(theirs.settings, theirs.actor.state_dict())
+    settings = replace(tiny(robots={"buffer_size": 100}), critic_rounds=1)
+    training = begun(settings, initial={"robots": given})
+    robots = training.learners["robots"]
+    policy, critic = weights(robots)
+    while torch.equal(critic, weights(robots)[1]):
+        training.learn([e for job in training.jobs() for e in play(job)])
+    assert training.round > settings.critic_rounds
+    assert torch.equal(policy, weights(robots)[0])
+
+
 def test_robots_imitate_under_the_fires_that_they_then_learn_under():
     """One that learns, and those that stand in for it."""
     training = begun(replace(tiny(), random_fires=0.5), imitate="sweep")

@@ -234,8 +234,11 @@ def test_a_file_of_settings_is_read_once_and_each_note_told_once(once, run, caps
 
 @pytest.mark.paper("E3")
 def test_settings_say_of_a_network_to_begin_with_only_what_is_asked(once, capsys):
-    """The preset takes its head and size."""
+    """The preset takes its head, its size and its masks."""
+    Path("bare.yaml").write_text("reference: {Robot: {masks: false}}")
     begin = ("--out", "new", "--initialize-from", "learned")
+    assert train(*begin, "--fire", "random", "--settings", "bare.yaml") == 1
+    assert "the network to begin with has masks True" in capsys.readouterr().err
     assert train(*begin, "--fire", "random") == 0
     told = capsys.readouterr().err
     assert "robots poca (set head, begun from a network), fire random" in told

@@ -31,6 +31,7 @@ from reference.workshop.strategies.observed import (
 from reference.world import NOBODY, World
 
 UNIT = 10.0  # [C5, chosen] metres of one unit of an action
+CROWD = 10.0  # people who count as one, in the numbers that a network reads
 HALFWAY = 5.0  # [C4, chosen] metres on foot that are half as near as none
 NEAREST_PEOPLE = 6  # [C5, chosen] anchors at people
 ASTRAY = 8.0  # [C5, chosen] metres: hardly anybody goes farther between decisions
@@ -277,13 +278,13 @@ class RobotView:
             known[:, self.of_fires],
             nearness(self.way),
             self.way / UNIT,
-            (storeys == floors).sum(axis=1) / UNIT,
+            (storeys == floors).sum(axis=1) / CROWD,
             self.seen["fires_per_floor"],
             self.floor[:, None] == floors,
             time / self.scenario.time_limit,
             decisions_to_next_fire(time, step) / paper.FIRE_EVERY_DECISIONS,
-            self.mine.sum(axis=1) / UNIT,
-            self.lost.sum(axis=1) / UNIT,
+            self.mine.sum(axis=1) / CROWD,
+            self.lost.sum(axis=1) / CROWD,
             ~np.isnan(self.destination[:, 0]),
             self.to_way_out,
         ]

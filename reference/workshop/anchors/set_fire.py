@@ -26,14 +26,16 @@ from reference.fire import (
 from reference.game.codec import Moment, PolicyCodec
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.workshop.anchors.frame import UNIT, fire_decisions, nearness
+from reference.workshop.anchors.frame import CROWD, UNIT, fire_decisions, nearness
 from reference.workshop.anchors.known_ways import known_ways_of
 from reference.workshop.anchors.shapes import (
     AWAY,
     BLAZE,
     CREW,
+    EXITS,
     GROUP,
     NO_IMAGE,
+    SOURCES,
     WIDE,
     SetShapes,
     SetSizes,
@@ -280,7 +282,7 @@ class FireView:
             (way <= GROUP_RADIUS).sum(axis=1) / GROUP,
             soon.sum(axis=1) / GROUP,
             (soon & self.led).sum(axis=1) / GROUP,
-            (people & self.walks).sum(axis=1) / UNIT,
+            (people & self.walks).sum(axis=1) / CROWD,
             (robots <= GROUP_RADIUS).sum(axis=1) / CREW,
             nearness(_nearest(robots)),
             nearness(_nearest(flames)),
@@ -360,18 +362,18 @@ class FireView:
         lit = int(self.begun.sum())
         ground = self.walks & (storeys == 0)
         columns = [
-            self.inside.sum() / UNIT,
-            ground.sum() / UNIT,
-            (self.walks & (storeys > 0)).sum() / UNIT,
+            self.inside.sum() / CROWD,
+            ground.sum() / CROWD,
+            (self.walks & (storeys > 0)).sum() / CROWD,
             self.on_stairs.sum() / GROUP,
-            self.led.sum() / UNIT,
+            self.led.sum() / CROWD,
             self.at_work.sum() / CREW,
-            lit / GROUP,
-            (self.scenario.sources - lit) / GROUP,
+            lit / SOURCES,
+            (self.scenario.sources - lit) / SOURCES,
             burning / (burning + BLAZE),
             self.time / paper.health_seconds(),
             self.building.floors,
-            len(self.building.exits) / WIDE,
+            len(self.building.exits) / EXITS,
         ]
         return np.array(columns, dtype=float)
 

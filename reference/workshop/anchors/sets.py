@@ -21,6 +21,7 @@ from reference.game.codec import PolicyCodec
 from reference.game.environment import DECIMALS
 from reference.game.observations import me_first
 from reference.workshop.anchors.frame import (
+    CROWD,
     FIRST_MARK,
     KEEP,
     UNIT,
@@ -35,6 +36,7 @@ from reference.workshop.anchors.shapes import (
     BLAZE,
     CREW,
     GROUP,
+    SOURCES,
     WIDE,
     SetShapes,
 )
@@ -468,12 +470,12 @@ class SetView(RobotView):
         columns = [
             self.lost.sum(axis=1) / GROUP,
             self.mine.sum(axis=1) / GROUP,
-            self.here.sum(axis=1) / UNIT,
-            (inside & (up > 0)).sum(axis=1) / UNIT,
-            (inside & (up < 0)).sum(axis=1) / UNIT,
+            self.here.sum(axis=1) / CROWD,
+            (inside & (up > 0)).sum(axis=1) / CROWD,
+            (inside & (up < 0)).sum(axis=1) / CROWD,
             self.beside.sum(axis=1) / CREW,
-            lit.sum(axis=1) / GROUP,
-            (lit & (storeys == 0)).sum(axis=1) / GROUP,
+            lit.sum(axis=1) / SOURCES,
+            (lit & (storeys == 0)).sum(axis=1) / SOURCES,
             here / (here + BLAZE),
             elsewhere / (elsewhere + BLAZE),
             self.floor,

@@ -8,7 +8,9 @@ from reference.workshop.anchors.frame import AnchorSizes
 NO_IMAGE = (0, 0, 0)  # of the fire's grid: it is told what burns beside each anchor
 # what counts as one, in the numbers that a network reads
 CREW = 2.0  # robots
-GROUP = 5.0  # people
+GROUP = 5.0  # people at one place
+SOURCES = 5.0  # of fire
+EXITS = 4.0  # of a building
 AWAY = 30.0  # metres from the outside
 WIDE = 4.0  # cells of a way out
 BLAZE = 10.0  # burning cells; so many are half of very many

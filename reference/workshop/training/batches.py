@@ -44,40 +44,39 @@ class Ragged:
         return Ragged(self.parts, self.at.index_select(dim, which))
 
 
-class MixedDecisions(Decisions):
-    """Decisions of one building or several."""
+def joined_mixed(parts: Sequence[Decisions]) -> Decisions:
+    """Concatenate decisions of one building or several, in their order.
 
-    @staticmethod
-    def joined(parts: Sequence[Decisions]) -> Decisions:
-        """Concatenate parts in their order; where their shapes differ, see `Ragged`."""
-        shapes = [_shape(part) for part in parts]
-        kinds = list(dict.fromkeys(shapes))
-        if len(kinds) == 1:
-            return Decisions.joined(parts)
+    Where shapes differ, `vectors` and `grids` are `Ragged`.
+    """
+    shapes = [_shape(part) for part in parts]
+    kinds = list(dict.fromkeys(shapes))
+    if len(kinds) == 1:
+        return Decisions.joined(parts)
 
-        # parts of each shape, and where each row stands: which shape, and row of it
-        alike: list[list[Decisions]] = [[] for _ in kinds]
-        ends = [0] * len(kinds)
-        places = []
-        for part, shape in zip(parts, shapes, strict=True):
-            k = kinds.index(shape)
-            alike[k].append(part)
-            rows = torch.arange(ends[k], ends[k] + len(part))
-            ends[k] += len(part)
-            places.append(torch.stack([torch.full_like(rows, k), rows], dim=1))
-        at = torch.cat(places)
+    # parts of each shape, and where each row stands: which shape, and row of it
+    alike: list[list[Decisions]] = [[] for _ in kinds]
+    ends = [0] * len(kinds)
+    places = []
+    for part, shape in zip(parts, shapes, strict=True):
+        k = kinds.index(shape)
+        alike[k].append(part)
+        rows = torch.arange(ends[k], ends[k] + len(part))
+        ends[k] += len(part)
+        places.append(torch.stack([torch.full_like(rows, k), rows], dim=1))
+    at = torch.cat(places)
 
-        # what is read stays in parts; the rest has room for the largest group
-        most = max(part.alive.shape[1] for part in parts)
-        columns: dict[str, Any] = {}
-        for name in (field.name for field in fields(Decisions)):
-            if name in READ:
-                same = [torch.cat([getattr(p, name) for p in some]) for some in alike]
-                columns[name] = Ragged(same, at)
-            else:
-                wide = [_widened(getattr(part, name), most) for part in parts]
-                columns[name] = torch.cat(wide)
-        return Decisions(**columns)
+    # what is read stays in parts; the rest has room for the largest group
+    most = max(part.alive.shape[1] for part in parts)
+    columns: dict[str, Any] = {}
+    for name in (field.name for field in fields(Decisions)):
+        if name in READ:
+            same = [torch.cat([getattr(p, name) for p in some]) for some in alike]
+            columns[name] = Ragged(same, at)
+        else:
+            wide = [_widened(getattr(part, name), most) for part in parts]
+            columns[name] = torch.cat(wide)
+    return Decisions(**columns)
 
 
 def _shape(part: Decisions) -> tuple[int, ...]:
@@ -147,7 +146,7 @@ class _OfSeveral(Learner):
 
     def joined(self, parts: Sequence[Decisions]) -> Decisions:
         """Join the parts of a buffer, of any buildings."""
-        return MixedDecisions.joined(parts)
+        return joined_mixed(parts)
 
     def loss(
         self, batch: Decisions, epsilon: float, beta: float

@@ -50,8 +50,9 @@ class Settings:
                          first; in the others robots play, and it says what it would do
     imitation_episodes   of such a round
     imitation_epochs     passes through all these episodes, after each of the rounds
-    critic_rounds        in which the critic learns alone, if its policy was copied or
-                         learned elsewhere: an untrained critic would undo that
+    critic_rounds        in which the critic learns alone, at least one update long, if
+                         its policy was copied or learned elsewhere: an untrained
+                         critic would undo that
     threads              torch's, in updates; the order of its sums depends on their
                          number, so it is not taken from the machine
     """

@@ -50,6 +50,7 @@ NETWORK_ROWS = (
     "num_layers",
     "normalize",
     "commitment",
+    "masks",
     "spread",
 )
 """Rows of settings on which the meaning of a network's weights depends."""
@@ -306,15 +307,18 @@ class Training:
     def _update(self, side: Side) -> dict[str, float]:
         """Update a learner.
 
-        [E1, chosen] A policy that was copied, or that learned elsewhere, stays as it is
-        for `critic_rounds`; only its critic learns then.
+        [E1, chosen] The weights of a policy that was copied, or that learned elsewhere,
+        stay as they are for `critic_rounds` and at least one update; only its critic
+        learns then. Where a round has too few steps, nothing is updated in many.
         """
         learner = self.learners[side]
         # before the update, which empties the buffer
         measured = measure_signal(learner)
         copied = side == "robots" and self.task.imitate is not None
         given = copied or side in self.task.initial
-        alone = given and self.round < self.settings.critic_rounds
+        never_updated = not learner.optimiser.state
+        rounds = self.settings.critic_rounds
+        alone = given and rounds > 0 and (never_updated or self.round < rounds)
         learner.actor.requires_grad_(not alone)
         with torch_threads(self.settings.threads):
             update = learner.update()
