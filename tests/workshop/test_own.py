@@ -726,6 +726,19 @@ def test_no_run_depends_on_what_was_played_before_it(where, mine):
     assert together == {result.run: result for k in (0, 1) for result in played(k, 1)}
 
 
+def test_what_a_package_imports_from_itself_is_imported_anew(tmp_path):
+    """As what a module imports from its folder is."""
+    package = tmp_path / f"kit_{next(NUMBERS)}"
+    package.mkdir()
+    (package / "helper.py").write_text("COUNT = [0]\n")
+    (package / "__init__.py").write_text("from .helper import COUNT\n" + CODE)
+    for _ in range(2):
+        from_code(f"{package.name}:Guide", "robots")
+        count = sys.modules[f"{package.name}.helper"].COUNT
+        assert count == [0]
+        count[0] += 1
+
+
 def test_code_that_imports_numbers_changes_them_once(mine, monkeypatch):
     """However often its module is imported anew."""
     monkeypatch.setattr(paper, "FIXED_PENALTY", 1000.0)

@@ -157,6 +157,15 @@ def test_a_module_of_a_package_is_looked_for_from_where_the_package_lies(own_cod
     assert {"kit/__init__.py", "mine.py", "random.py", "kit/paces.py"} < {*found}
 
 
+def test_code_in_a_package_itself_is_looked_for_from_beside_the_package(own_code):
+    """`kit:Guide` stands in `kit/__init__.py`, and needs the modules in `kit`."""
+    package = own_code / "kit" / "__init__.py"
+    package.write_text("from .paces import walk")
+    found = digests_of_code("kit", package)
+    assert next(iter(found)) == "kit/__init__.py"
+    assert {"kit/paces.py", "kit/maths.py", "mine.py"} < {*found}
+
+
 def test_code_that_stays_is_parsed_once(own_code, monkeypatch):
     """Every run digests it; a module that has changed is parsed anew."""
     parsed = []

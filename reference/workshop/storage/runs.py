@@ -212,7 +212,7 @@ def digests_of_code(module: str, file: Path) -> dict[str, str]:
     part lies. Imports are read, not run: also those in functions. What is installed,
     and this package, are not one's own.
     """
-    root = file.parents[module.count(".")]
+    root = folder_of_code(module, file)
     found = dict[Path, str]()
     waiting = [(module, file)]
     while waiting:
@@ -226,6 +226,14 @@ def digests_of_code(module: str, file: Path) -> dict[str, str]:
             if ours and not (set(INSTALLED) & {*root.parts}):
                 waiting += _files_of(imported, root)
     return {path.relative_to(root).as_posix(): found[path] for path in found}
+
+
+def folder_of_code(module: str, file: Path) -> Path:
+    """Find the folder from which a module is imported: where its first part lies."""
+    above = module.count(".")
+    if file.name == "__init__.py":  # the module is a folder itself
+        above += 1
+    return file.parents[above]
 
 
 @lru_cache(maxsize=MODULES_KEPT)

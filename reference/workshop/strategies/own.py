@@ -47,7 +47,11 @@ from reference.building import Building
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario, check_player
 from reference.workshop.storage.numbers import paper_numbers
-from reference.workshop.storage.runs import INSTALLED, digests_of_code
+from reference.workshop.storage.runs import (
+    INSTALLED,
+    digests_of_code,
+    folder_of_code,
+)
 from reference.workshop.storage.words import did_you_mean
 from reference.workshop.storage.workers import is_being_stopped
 from reference.workshop.strategies.trained import Trained
@@ -324,8 +328,7 @@ def _import_anew(word: str) -> ModuleType:
     before = paper_numbers()
     again = name in sys.modules or parent_process() is not None
     if name in sys.modules and name.split(".")[0] != reference.__name__:
-        file = _file_of(word)
-        root = file.parents[name.count(".")]
+        root = folder_of_code(name, _file_of(word))
         ours = {str(root / path) for path in code_digests(word)}
         for other, module in [*sys.modules.items()]:
             if getattr(module, "__file__", None) in ours:
