@@ -454,6 +454,25 @@ def test_one_training_tells_nothing_of_others():
     assert "saves more" not in told
 
 
+def test_trainings_are_counted_that_came_to_an_end():
+    """However many seeds are asked for; robots written by hand are no trainings."""
+    pairs = [["learning", "ppo"], ["learning", "sweep"], ["sweep", "none"]]
+    asked = {**COMPARED, "compare": pairs, "test": {"robots": ["sweep", "none"]}}
+    out = {"learning-0": 9, "learning-1": 9, "ppo-0": 2, "sweep": 3, "none": 1}
+    played = [
+        result(robots, "random", seed, range(count), people=10)
+        for robots, count in out.items()
+        for seed in range(20)
+    ]
+    pair, guided, by_hand, caution = (
+        Results(small(**asked), played).answer().splitlines()[2:]
+    )
+    assert pair.endswith("one training tells nothing of others.")
+    assert guided.endswith("`learning` saves more.")
+    assert by_hand.endswith("`sweep` saves more.")
+    assert "preliminary, trainings of an arm: 1." in caution
+
+
 def test_the_page_says_what_was_asked_and_done():
     """Every row of the file, and the version, under the question."""
     asked = small(question="Is it *so*?")

@@ -85,12 +85,24 @@ class Results:
                 cells.append(Cell(robots=row, fire=column, n=len(runs), **figures))
         return cells
 
+    def fewest_trainings(self, cells: Iterable[tuple[str, str]]) -> int | None:
+        """Count the trainings of the arm that has fewest; None where nobody learned.
+
+        cells: rows and columns; robots written by hand do not count
+        """
+        trainings: dict[str, set[str]] = {}
+        for row, column in cells:
+            if row in self.experiment.arms:
+                tested = {run.robots for run in self.runs[row, column]}
+                trainings.setdefault(row, set()).update(tested)
+        return min(map(len, trainings.values()), default=None)
+
     def answer(self) -> str:
         """Say what intervals say about each pair; caution about few trainings."""
-        trainings = len(self.experiment.seeds)
+        trainings = self.fewest_trainings(self.runs)
         lines = list(self._differences())
         told = "Survivors, percentage points, on the same seeds:" if lines else ""
-        if trainings < ENOUGH_TRAININGS:
+        if trainings is not None and trainings < ENOUGH_TRAININGS:
             lines.append(
                 f"This is preliminary, trainings of an arm: {trainings}. So intervals "
                 "are too narrow (of three they hold the truth in some 74 of 100 "
@@ -101,11 +113,12 @@ class Results:
     def _differences(self) -> Iterator[str]:
         """How many more the first of each pair saves than the second."""
         for (one, other), column in product(self.experiment.compare, self.columns):
-            if {(one, column), (other, column)} <= self.runs.keys():
-                both = (self.values(row, column, "survival") for row in (one, other))
+            cells = [(one, column), (other, column)]
+            if {*cells} <= self.runs.keys():
+                both = (self.values(*cell, "survival") for cell in cells)
                 less = in_percent(interval_over_trainings(*both))
                 points = format_interval(less, 1, ends=True)
-                if len(self.experiment.seeds) == 1:
+                if self.fewest_trainings(cells) == 1:
                     said = "one training tells nothing of others"
                 elif less.low > 0:
                     said = f"`{one}` saves more"
