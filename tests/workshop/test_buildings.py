@@ -4,6 +4,7 @@ import json
 from dataclasses import asdict, replace
 from errno import ENOSPC
 from pathlib import Path
+from shutil import copy
 
 import numpy as np
 import pytest
@@ -31,11 +32,13 @@ from reference.workshop.comparing.intervals import (
     format_interval,
     interval_of_mean,
 )
+from reference.workshop.comparing.matches import write_evaluation
 from reference.workshop.comparing.results import cell_as_json
 from reference.workshop.comparing.runs import Death, deaths_in
 from reference.workshop.drawing.buildings import side_by_side
 from reference.workshop.maps import load
 from reference.workshop.storage.workers import InProcess
+from reference.workshop.strategies import ANYWHERE
 from reference.workshop.strategies.fires import CloserFire
 from reference.world import Died, Fate
 
@@ -299,6 +302,27 @@ def test_who_is_stopped_in_the_first_building_goes_on_in_both(huts):
     assert [*kept] == [*huts]
     assert play_in_buildings(kept, folder, InProcess()) == whole
     assert play_in_buildings(kept, folder, Stopped(0)) == whole
+
+
+def test_a_training_means_one_checkpoint_in_all_buildings(huts):
+    """Though it goes on after a stop in the first of them; two at once are refused."""
+    folder = Path("out")
+    play_in_buildings(begun(*huts), folder, InProcess())
+    first = Path("calm/checkpoint-000001.pt")
+    first.parent.mkdir()
+    copy(ANYWHERE, first)
+    with pytest.raises(KeyboardInterrupt):
+        play_in_buildings(
+            resume_in_buildings(folder, ("calm",), ()), folder, Stopped(0)
+        )
+    copy(ANYWHERE, "calm/checkpoint-000002.pt")
+    both = resume_in_buildings(folder, ("calm",), ())
+    assert [each.files for each in both.values()] == [{"calm": str(first)}] * 2
+
+    (alone,) = resume_in_buildings(folder / "building-2", ("calm",), ()).values()
+    write_evaluation(alone, folder / "building-2")
+    with pytest.raises(InputError, match=r"calm is calm/.* in one of the"):
+        resume_in_buildings(folder, (), ())
 
 
 def test_who_is_stopped_before_all_is_written_begins_anew(huts, monkeypatch):

@@ -91,16 +91,35 @@ def resume_in_buildings(
     with errors_naming(path):
         buildings = checked_value("buildings", kept, tuple[str, ...])
     folders = [_folder_of(folder, k) for k in range(len(buildings))]
-    begun = [matches.resume_evaluation(each, robots, fires) for each in folders]
+    begun = [matches.resume_evaluation(each) for each in folders]
     together = tuple(each.arena.building for each in begun) == buildings
     if not together or len({*map(_terms, begun)}) != 1:
         raise InputError(
             f"{path}: the folders beside it are not of one evaluation. Begin anew in "
             "another folder."
         )
-    robots = [word for each in begun for word in each.robots]  # of each alone, too
-    fires = [word for each in begun for word in each.fires]
-    return _by_name(matches.resume_evaluation(each, robots, fires) for each in folders)
+    # of each alone, too
+    robots = [*(word for each in begun for word in each.robots), *robots]
+    fires = [*(word for each in begun for word in each.fires), *fires]
+    with errors_naming(path):
+        files = _files_of_all(begun)
+    return _by_name(
+        matches.resume_evaluation(each, robots, fires, files) for each in folders
+    )
+
+
+def _files_of_all(evaluations: Iterable[Evaluation]) -> dict[str, str]:
+    """Collect the checkpoints that words mean. Raises InputError for two of one."""
+    files: dict[str, str] = {}
+    for evaluation in evaluations:
+        for word, file in evaluation.files.items():
+            other = files.setdefault(word, file)
+            if other != file:
+                raise InputError(
+                    f"{word} is {other} in one of the folders beside it and {file} in "
+                    "another. Begin anew in another folder."
+                )
+    return files
 
 
 def _terms(evaluation: Evaluation) -> tuple[Any, ...]:

@@ -383,10 +383,14 @@ def refuse_mixing(
 
 
 def resume_evaluation(
-    folder: Path, robots: Sequence[str] = (), fires: Sequence[str] = ()
+    folder: Path,
+    robots: Sequence[str] = (),
+    fires: Sequence[str] = (),
+    files: Mapping[str, str] | None = None,
 ) -> Evaluation:
     """Resume the evaluation in a folder, with any further robots and fires.
 
+    files: the checkpoints that words mean elsewhere, and so here, too
     Raises InputError if there is none or if it is another version's or was begun with
     other numbers; else as `begin_evaluation`.
     """
@@ -405,7 +409,8 @@ def resume_evaluation(
         kept = {word: x for word, x in begun.digests.items() if not is_code(word)}
         refuse_changed(kept, with_digests(begun).digests)
     refuse_numbers(path, numbers)  # after code of your own, which may change some
-    files = _newest_checkpoints((*robots, *fires)) | dict(begun.files)
+    known = dict(files or {}) | dict(begun.files)
+    files = _newest_checkpoints((*robots, *fires)) | known
     robots = _without_repeats((*begun.robots, *robots))
     fires = _without_repeats((*begun.fires, *fires))
     with errors_naming(path):
