@@ -412,6 +412,9 @@ def test_tables_and_films_say_which_network_plays(tmp_path, capsys):
     assert f"  {ANY_MAP}\n" in shown.out
     assert "--robots learned: learned, any map" in shown.err
     assert f"robots: {ANY_MAP}: a network that knows no" in film.read_text()
+    baseline = ["--baseline", "learned", "--episodes", "2", "--workers", "0"]
+    assert main(["evaluate", *asked, *baseline]) == 0
+    assert f"E, {ANY_MAP} = 1" in capsys.readouterr().out
     assert main(["evacuate", *asked, "--json"]) == 0
     pairs = json.loads(capsys.readouterr().out)["pairs"]
     assert [pair["robots"] for pair in pairs] == ["none", LEARNED]

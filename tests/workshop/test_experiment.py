@@ -34,11 +34,12 @@ from reference.workshop.comparing.jobs import (
     train_in,
     training_folders,
 )
-from reference.workshop.comparing.report import OWN_FIRE, Results
+from reference.workshop.comparing.report import OWN_FIRE, Results, about_tests
 from reference.workshop.storage import workers as workforce
 from reference.workshop.storage.records import SettingsError, record_from
 from reference.workshop.storage.runs import locked
 from reference.workshop.storage.workers import InProcess, cluster
+from reference.workshop.strategies import ANY_MAP
 from reference.workshop.training.checkpoints import (
     load_checkpoint,
     newest_checkpoint,
@@ -541,6 +542,31 @@ def test_refuses_what_no_experiment_can_be_made_of(changes, message):
     """With what is wrong, and what may have been meant."""
     with pytest.raises(SettingsError, match=message):
         small(**changes)
+
+
+def test_counts_only_the_fires_that_are_met():
+    """Of 1,000 trainings against scripted fires none plays the fire."""
+    asked = small(
+        arms={"learning": {"fire": "random"}},
+        seeds=list(range(1000)),
+        test={"fires": ["random"], "episodes": 100},
+    )
+    assert len(asked.trainings) == 1000
+
+
+def test_a_fire_may_have_summaries_of_its_own():
+    """They do not follow from the decisions of the robots."""
+    rows = SMALL["settings"]["fire"] | {"summary_freq": 7}
+    asked = small(settings=SMALL["settings"] | {"fire": rows})
+    assert asked.base.fire.summary_freq == 7
+
+
+@pytest.mark.parametrize("side", ["robots", "fires"])
+def test_an_experiment_says_that_the_network_for_any_map_plays(side):
+    """On either side."""
+    assert ANY_MAP not in about_tests(small())
+    asked = small(test=SMALL["test"] | {side: ["learned"]})
+    assert about_tests(asked).endswith(f"; {ANY_MAP}")
 
 
 def test_does_not_go_on_in_the_folder_of_something_else(tmp_path, capsys):

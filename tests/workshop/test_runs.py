@@ -241,6 +241,14 @@ def test_a_table_of_any_size_is_read_row_by_row(tmp_path):
     assert peak < path.stat().st_size / 10
 
 
+def test_a_cell_may_be_as_long_as_a_row(tmp_path):
+    """Of an evacuation in which ten thousand die, it says where each did."""
+    row = {"robots": "sweep", "died": "1:-110.5:-100.5 " * 10_000}
+    path = tmp_path / "runs.csv"
+    path.write_text(f"robots,died\nsweep,{row['died']}\n")
+    assert read_table(path, [*row], dict) == [row]
+
+
 @pytest.mark.parametrize("end", ["", "\n"])
 def test_refuses_a_foreign_file_without_lines(end, tmp_path, monkeypatch):
     """It is not read whole; nor is a row without end."""

@@ -20,6 +20,7 @@ from trainings import begun, equal, tiny, trained
 from reference.__main__ import main
 from reference.paper import InputError
 from reference.workshop.commands.training import JOBS_NEED
+from reference.workshop.storage.records import SettingsError
 from reference.workshop.training import loop, starting
 from reference.workshop.training.checkpoints import (
     load_checkpoint,
@@ -161,6 +162,25 @@ def test_what_settings_state_of_a_scenario_does_not_vary_by_lot(tmp_path):
     asked.settings.write_text("reference: {scenario: {rooms: [1/hall]}}")
     with pytest.raises(InputError, match="rooms is of one building"):
         starting.begin_training(asked)
+
+
+def test_refuses_buildings_by_lot_with_nobody_in_them():
+    """As in a map that is named."""
+    asked = Namespace(**dict.fromkeys(starting.OPTIONS))
+    asked.preset = "any"
+    asked.scenario = {"people": 0}
+    with pytest.raises(SettingsError, match="nobody to evacuate"):
+        starting.begin_training(asked)
+
+
+def test_preset_any_trains_in_a_single_map_too():
+    """Its fires are scripted there as in any."""
+    asked = Namespace(**dict.fromkeys(starting.OPTIONS))
+    asked.preset = "any"
+    asked.building = ["tiny"]
+    training = starting.begin_training(asked)
+    assert [*training.learners] == ["robots"]
+    assert training.task.fixed["fire"] == training.settings.stand_ins
 
 
 def test_fire_learns_without_robots_in_generated_buildings():

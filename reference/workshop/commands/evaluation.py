@@ -168,6 +168,8 @@ def _sum_up(
     # as people are to read who played
     cells = _with_titles(cells, evaluation)
     played = _with_titles(played, evaluation)
+    if baseline:
+        baseline = replace(baseline, robots=evaluation.titles[baseline.robots])
     return SummedUp(evaluation, played, baseline, cells, report)
 
 

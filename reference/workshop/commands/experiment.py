@@ -9,9 +9,7 @@ from typing import Any
 from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import print_note, print_report, run_in_folder
-from reference.workshop.comparing.named import title_of
 from reference.workshop.storage.files import write_whole
-from reference.workshop.strategies import ANY_MAP, LEARNED
 
 PAGE = "page.md"
 
@@ -88,10 +86,5 @@ def _print_answer(arguments: Namespace, results: Any) -> None:
         "answer": answer,
         "cells": [cell_as_json(cell) for cell in cells],
     }
-    head = arena.about()
-    if LEARNED in asked.test.fires:
-        title = title_of(LEARNED, arena.drawn, arena.scenario)
-        if title == ANY_MAP:
-            head += f"; {title}"
-    text = f"{head}\n{table(cells, report.SHOWN)}\n{answer}"
+    text = f"{report.about_tests(asked)}\n{table(cells, report.SHOWN)}\n{answer}"
     print_report(arguments, facts, text)

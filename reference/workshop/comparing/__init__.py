@@ -11,7 +11,7 @@ page).
     from reference.workshop.storage.workers import workers
 
     evaluation = begin_evaluation(robots=("sweep", "patrol"), fires=("random",))
-    with workers(2) as executor:
+    with workers(0) as executor:  # more: under `if __name__ == "__main__":`
         results = play_evaluation(evaluation, None, executor)
     print(table(cells(results, paper_ruler())))
 """

@@ -62,8 +62,16 @@ CURVE_ROWS = 100  # rows of a curve
 CHECKPOINTS_SAVED = 20  # by a training on its way
 IMITATION_ROWS = {f"imitation_{row}" for row in ("rounds", "episodes", "epochs")}
 IMITATION_ROWS |= {"critic_rounds"}
-BUDGET_ROWS = ("max_steps", "summary_freq", "checkpoint_interval", "keep_checkpoints")
-"""Rows of a side that follow from `decisions`."""
+BUDGET_ROWS: dict[Side, tuple[str, ...]] = {
+    "robots": (
+        "max_steps",
+        "summary_freq",
+        "checkpoint_interval",
+        "keep_checkpoints",
+    ),
+    "fire": ("max_steps", "keep_checkpoints"),
+}
+"""Rows of each side that follow from `decisions`."""
 
 
 @dataclass(frozen=True)
@@ -117,10 +125,16 @@ class Experiment:
         Evaluation(
             self.arena,
             robots=(*self.trainings, *self.test.robots),
-            fires=(*self.trainings, *self.test.fires),
+            fires=self._fires_met(),
             seed=self.test.seed,
             episodes=self.test.episodes,
         )
+
+    def _fires_met(self) -> tuple[str, ...]:
+        """Name the fires of the tests: trainings of arms that are asked for, others."""
+        asked = self.test.fires
+        learned = [name for name in self.trainings if name.rpartition("-")[0] in asked]
+        return (*learned, *(fire for fire in asked if fire not in self.arms))
 
     def _refuse_players_that_misfit(self) -> None:
         """Raise InputError for code, network or arm that cannot play in the tests."""
@@ -244,11 +258,13 @@ def _checked_rows(rows: Any, where: str) -> dict[str, Any]:
     idle = rows.keys() & IMITATION_ROWS
     if idle:
         raise SettingsError(f"{where}: nobody imitates here: leave out {min(idle)}")
-    for side, row in product(SIDES, BUDGET_ROWS):
-        if isinstance(rows.get(side), Mapping) and row in rows[side]:
-            raise SettingsError(
-                f"{where}: {side}.{row} follows from `decisions`. Leave it out."
-            )
+    for side in SIDES:
+        stated = rows.get(side)
+        for row in BUDGET_ROWS[side]:
+            if isinstance(stated, Mapping) and row in stated:
+                raise SettingsError(
+                    f"{where}: {side}.{row} follows from `decisions`. Leave it out."
+                )
     return rows
 
 

@@ -23,9 +23,10 @@ from reference.workshop.comparing.intervals import (
     interval_over_trainings,
 )
 from reference.workshop.comparing.jobs import arm_of
-from reference.workshop.comparing.named import WORST
+from reference.workshop.comparing.named import WORST, title_of
 from reference.workshop.comparing.results import Cell, table
 from reference.workshop.comparing.runs import RunResult
+from reference.workshop.strategies import ANY_MAP, LEARNED
 from reference.workshop.strategies.own import is_code
 
 OWN_FIRE = "own fire"  # the one of the same training
@@ -129,15 +130,25 @@ class Results:
                 yield f"`{one}` less `{other}` under {column}: {points}: {said}."
 
 
+def about_tests(experiment: Experiment) -> str:
+    """Say where the tests are, and if the network for any map plays there."""
+    arena = experiment.arena
+    told = arena.about()
+    if LEARNED in (*experiment.test.robots, *experiment.test.fires):
+        title = title_of(LEARNED, arena.drawn, arena.scenario)
+        if title == ANY_MAP:
+            told += f"; {title}"
+    return told
+
+
 def report_page(results: Results, matrix: str, curves: str) -> str:
     """Write the page in Markdown; matrix, curves: the paths of its pictures."""
     experiment = results.experiment
-    arena = experiment.arena
     rows = [f"{name} = {json.dumps(v)}" for name, v in asdict(experiment).items()]
     design = indent("\n".join(rows), "    ")
     return (
         f"# {experiment.question}\n\n{results.answer()}\n\n"
-        f"## What was done\n\n{arena.about()}, version "
+        f"## What was done\n\n{about_tests(experiment)}, version "
         f"{reference.__version__}; the file's rows, and the defaults of the others:\n\n"
         f"{design}\n\n"
         f"## Who beats whom\n\n![Survivors of all arms under all fires]({matrix})\n\n"

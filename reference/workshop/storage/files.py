@@ -194,6 +194,7 @@ def read_json(path: Path) -> dict[str, Any]:
 
 RowMade = TypeVar("RowMade")
 LONGEST_LINE = 1 << 20  # of a table, characters: a foreign file may have no other
+csv.field_size_limit(LONGEST_LINE)  # a cell lists all who died
 
 
 class Table:

@@ -55,6 +55,8 @@ NETWORK_ROWS = (
 )
 """Rows of settings on which the meaning of a network's weights depends."""
 
+NOBODY_INSIDE = "there is nobody to evacuate: raise people"
+
 VERSIONS_KEPT = 4
 """[E6, chosen] earlier versions of a side in the league, at even distances: at least
 these, at most twice as many."""
@@ -462,7 +464,7 @@ def _refuse_place(plan: str, scenario: Scenario) -> None:
     """Refuse here what would fail in a worker. Raises SettingsError, ValueError."""
     building = building_of(plan)
     if not sum(scenario.start_counts(building.floors)):
-        raise SettingsError("there is nobody to evacuate: raise people")
+        raise SettingsError(NOBODY_INSIDE)
     Simulation(building, scenario)
 
 
@@ -470,6 +472,8 @@ def _refuse_family(task: Task, family: Family) -> None:
     """Refuse heads that know one building, and maps in which people do not fit."""
     for plan in family.plans:
         _refuse_place(plan, task.settings.scenario)
+    if not max(family.people):
+        raise SettingsError(NOBODY_INSIDE)
     for side in SIDES:
         played = task.fixed.get(side)
         if played is None:

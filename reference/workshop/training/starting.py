@@ -18,7 +18,7 @@ from reference.workshop.storage.scenarios import kept_fields, with_stated
 from reference.workshop.storage.settings import read_yaml_file
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import CheckpointError, Task
-from reference.workshop.training.families import RANDOM, Family, family_of, map_named
+from reference.workshop.training.families import RANDOM, family_of, map_named
 from reference.workshop.training.mlagents import with_trainer_file
 from reference.workshop.training.policies import fixed_player
 from reference.workshop.training.presets import Settings, preset
@@ -44,7 +44,7 @@ def begin_training(asked: Namespace) -> Training:
     family = family_of(names, _stated_scenario(asked, read, settings.scenario))
     building = map_named(names[0]) if family is None else None
 
-    fixed = _fixed_players(asked, settings, building, family)
+    fixed = _fixed_players(asked, settings, building)
     initial = _networks_to_begin_with(asked, fixed, building, settings.scenario)
     if initial:
         settings, notes = _settings(asked, read, initial)
@@ -72,7 +72,6 @@ def _fixed_players(
     asked: Namespace,
     settings: Settings,
     building: Building | None,
-    family: Family | None,
 ) -> dict[Side, tuple[LearnedNetwork | str, ...]]:
     """Find who plays the sides that do not learn, by what was asked for.
 
@@ -81,7 +80,7 @@ def _fixed_players(
     fixed: dict[Side, tuple[LearnedNetwork | str, ...]] = {}
     for side in SIDES:
         words = getattr(asked, side)
-        if side == "fire" and words is None and _never_plays(asked, settings, family):
+        if side == "fire" and words is None and _never_plays(asked, settings):
             words = list(settings.stand_ins)
         if words is not None:
             fixed[side] = tuple(
@@ -118,9 +117,9 @@ def _networks_to_begin_with(
     return initial
 
 
-def _never_plays(asked: Namespace, settings: Settings, family: Family | None) -> bool:
+def _never_plays(asked: Namespace, settings: Settings) -> bool:
     """Is there no fire to learn, since scripted ones stand in for it in every job?"""
-    return bool(family) and settings.random_fires == 1 and asked.robots is None
+    return settings.random_fires == 1 and asked.robots is None
 
 
 def _settings(
