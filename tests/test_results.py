@@ -326,6 +326,24 @@ def lines_of_worth() -> list[str]:
 WORTH_FIRES = ("random", "closer", "busiest", "fixed", "learned")
 
 
+def lines_of_search() -> list[str]:
+    """Whole evacuations of robots that search: survivors, and points more."""
+    kept = ROOT / "tutorials" / "tables" / "search.csv"
+    played = list(DictReader(kept.read_text(encoding="utf-8").splitlines()))
+    rows = []
+    for fire in ("closer", "busiest"):
+        part = [one for one in played if one["fire"] == fire]
+        own, searching = (
+            np.array([100 * int(one[who]) / int(one["people"]) for one in part])
+            for who in ("own", "searching")
+        )
+        chosen = np.mean([int(one["chosen"]) for one in part])
+        cells = [f"{own.mean():.1f}", f"{searching.mean():.1f}"]
+        more = with_interval(searching - own)
+        rows.append(row(f"`{fire}`", [str(len(part)), *cells, more, f"{chosen:.1f}"]))
+    return rows
+
+
 def two_decimals(number: float) -> str:
     """With a true minus sign, and none at 0."""
     return f"{number:.2f}".replace("-0.00", "0.00").replace("-", "−")
@@ -441,6 +459,7 @@ FIRES_ANYWHERE = ("random", "busiest")
         (partial(lines_of_from_nothing, "from_nothing_again"), 8),
         (lines_of_copies, 6),
         (lines_of_worth, 10),
+        (lines_of_search, 2),
         (partial(lines_of_any_map, "any_map"), 7),
         (partial(lines_of_any_map, "any_map_many_robots"), 7),
     ],
@@ -453,6 +472,7 @@ FIRES_ANYWHERE = ("random", "busiest")
         "from nothing again",
         "copies",
         "worth",
+        "search",
         "any map",
         "with many robots",
     ],
