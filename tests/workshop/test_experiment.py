@@ -26,9 +26,8 @@ from reference.__main__ import main
 from reference.paper import InputError, Scenario
 from reference.workshop.commands import common
 from reference.workshop.comparing import jobs, report
-from reference.workshop.comparing.design import Experiment, read_experiment
+from reference.workshop.comparing.design import Experiment, arm_of, read_experiment
 from reference.workshop.comparing.jobs import (
-    arm_of,
     finish_trainings,
     play_tests,
     train_in,

@@ -20,12 +20,12 @@ import numpy as np
 from how_many_buildings import finish_training, until_stopped
 
 from reference.workshop.commands.options import whole
-from reference.workshop.comparing.design import read_experiment
+from reference.workshop.comparing.design import arm_of, read_experiment
 from reference.workshop.comparing.intervals import (
     format_interval,
     interval_over_trainings,
 )
-from reference.workshop.comparing.jobs import arm_of, finished
+from reference.workshop.comparing.jobs import finished
 from reference.workshop.comparing.matches import Evaluation, with_digests
 from reference.workshop.comparing.results import align_columns
 from reference.workshop.comparing.runs import play_evaluation

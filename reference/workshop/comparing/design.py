@@ -133,7 +133,7 @@ class Experiment:
     def _fires_met(self) -> tuple[str, ...]:
         """Name the fires of the tests: trainings of arms that are asked for, others."""
         asked = self.test.fires
-        learned = [name for name in self.trainings if name.rpartition("-")[0] in asked]
+        learned = [name for name in self.trainings if arm_of(name) in asked]
         return (*learned, *(fire for fire in asked if fire not in self.arms))
 
     def _refuse_players_that_misfit(self) -> None:
@@ -236,6 +236,11 @@ class Experiment:
         """The tests' arena: the trainings' scenario, without the rule of training."""
         scenario = replace(self.base.scenario, training=False)
         return Arena(self.building, plan_of(load(self.building)), scenario)
+
+
+def arm_of(training: str) -> str:
+    """The arm of a training, which is the first part of its name."""
+    return training.partition("-")[0]
 
 
 def _refuse_unknown(name: str, words: Collection[str], known: Collection[str]) -> None:

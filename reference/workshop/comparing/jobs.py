@@ -21,7 +21,7 @@ from typing import Any
 from tqdm import tqdm
 
 import reference
-from reference.workshop.comparing.design import Experiment
+from reference.workshop.comparing.design import Experiment, arm_of
 from reference.workshop.comparing.matches import Evaluation, with_digests
 from reference.workshop.comparing.runs import RunResult, play_evaluation
 from reference.workshop.engine import make_ready
@@ -76,11 +76,6 @@ def finished(experiment: Experiment, folder: Path) -> dict[str, Path]:
         for name, at in own
         if (at / DONE_FILE).exists() and newest_checkpoint(at)
     }
-
-
-def arm_of(training: str) -> str:
-    """The arm of a training, which is the first part of its name."""
-    return training.partition("-")[0]
 
 
 def _digest(*plain: Any) -> str:

@@ -17,12 +17,11 @@ import numpy as np
 
 import reference
 from reference.workshop.comparing.buildings import in_percent
-from reference.workshop.comparing.design import FIXED_FIRES, Experiment
+from reference.workshop.comparing.design import FIXED_FIRES, Experiment, arm_of
 from reference.workshop.comparing.intervals import (
     format_interval,
     interval_over_trainings,
 )
-from reference.workshop.comparing.jobs import arm_of
 from reference.workshop.comparing.named import WORST, title_of
 from reference.workshop.comparing.results import Cell, table
 from reference.workshop.comparing.runs import RunResult
