@@ -126,7 +126,8 @@ class Episode(NamedTuple):
     """What a group observed, did and earned.
 
     Who is done does not come back; what it observes then is not read. o and alive have
-    one row more: after the last decision. There those are alive whom a time limit cut off.
+    one row more: after the last decision. There those are alive whom a time limit cut
+    off.
     """
     o: Tensor  # (T + 1, G, D)
     alive: Tensor  # (T + 1, G) bool
