@@ -23,9 +23,10 @@ from reference.workshop.training.presets import preset
 # %% Two robots, one of them finished early
 # A game of three decisions, for robot A upstairs and robot B at the exit. At first A
 # tosses a coin. If it goes, it brings everybody down and is done: robots leave the game
-# when their floor is empty [C8]. Then the group gets 0, then 1, then 1 or 3 by luck: 3
-# in all on average. If A waits, the group gets 0, 0, 1. What B does changes nothing.
-# In this episode A went, and the last reward was 3, in thousands of health points.
+# when their floor and all above it are empty [C8]. Then the group gets 0, then 1, then
+# 1 or 3 by luck: 3 in all on average. If A waits, the group gets 0, 0, 1. What B does
+# changes nothing. In this episode A went, and the last reward was 3, in thousands of
+# health points.
 
 r = tensor([0.0, 1.0, 3.0])
 gamma = 1.0  # the paper's is 0.9; this is easier by hand

@@ -55,8 +55,9 @@ policy = nn.Sequential(nn.Linear(numbers, 64), nn.Tanh(), nn.Linear(64, 2))
 adam = torch.optim.Adam(policy.parameters(), lr=0.004)
 
 # %% An episode
-# One step is one decision of all agents. A robot whose floor is empty has left: its
-# info `acts` is 0, so its action should not be learned from. The team has one reward.
+# One step is one decision of all agents. A robot has left once its floor and all above
+# it are empty: its info `acts` is 0, so its action should not be learned from. The team
+# has one reward.
 
 
 def play(seed: int, spread: float) -> tuple[torch.Tensor, torch.Tensor]:

@@ -274,6 +274,16 @@ def test_nothing_overlaps_and_nothing_is_clipped(run, phases, count):
     )
 
 
+def test_an_arm_whose_trainings_do_not_overlap_has_no_line(run):
+    """The first ends before the second begins: there is no mean of both."""
+    one, other = (run(name, TOGETHER) for name in "ab")
+    later = other.columns | {"step": other.columns["step"] + 1e6}
+    apart = [one, other._replace(columns=later)]
+    figure = curves.curves_of_arms({"apart": apart, "whole": [one]})
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["whole"]
+
+
 def test_a_side_that_does_not_learn_is_neither_drawn_nor_in_the_legend(run):
     """A scripted fire has no entropy and no losses."""
     figure = curves.learning_curves([run("a", [("robots", 6)])])

@@ -600,7 +600,9 @@ def test_two_evacuations_are_shown_side_by_side_until_both_are_over(tmp_path):
     assert all(np.any(a != b) for a, b in pairwise(right))
 
 
-@pytest.mark.parametrize("headings", [{}, {"headings": ""}, {"headings": ["", ""]}])
+@pytest.mark.parametrize(
+    "headings", [{}, {"headings": ""}, {"headings": []}, {"headings": ["", ""]}]
+)
 @pytest.mark.parametrize("suffix", ["gif", "html"])
 def test_each_of_several_evacuations_has_a_heading_by_default(
     suffix, headings, tmp_path

@@ -347,7 +347,9 @@ def curves_of_arms(arms: Mapping[str, Sequence[TrainingTable]]) -> Figure:
     for name, runs in arms.items():
         survivors = curves_of(runs, "robots", summaries.SURVIVAL, "step")
         if survivors:
-            lines[name] = mean_curve([(x, smooth(x, y)) for x, y in survivors])
+            line = mean_curve([(x, smooth(x, y)) for x, y in survivors])
+            if len(line[0]):  # its trainings overlap
+                lines[name] = line
 
     colours = cycler(color=LINE_STYLES[:8].by_key()["color"])
     axes.set_prop_cycle(cycler(linestyle=["-", "--", ":"]) * colours)

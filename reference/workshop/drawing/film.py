@@ -54,8 +54,8 @@ def animate(
     runs = [simulations] if isinstance(simulations, Simulation) else simulations
     simulations = _filmable(runs)
     heads = [headings] if isinstance(headings, str) else list(headings)
-    if heads == [""]:
-        heads *= len(simulations)
+    if heads in ([], [""]):
+        heads = [""] * len(simulations)
     if len(heads) != len(simulations):
         raise InputError(
             f"{len(simulations)} evacuations have {len(heads)} headings: give a list "

@@ -28,6 +28,7 @@ MOST_SORTS = 30  # foreign signs that are told apart, the most frequent first
 _MEANT = " #.+E"
 _OF_NAMES = ascii_lowercase + digits
 _LINES = "|-=\\/"  # signs to draw walls with
+_JOINING = "_-"  # signs that join the words of a name
 _PLAIN = str.maketrans("\u2013\u2014\u2212\u00d7\u00b7\u2022", "---x..")
 
 
@@ -142,6 +143,8 @@ def _signs_in(board: Board, *, besides: str) -> list[str]:
 def _type(board: Board, sign: str, plain: str) -> None:
     """Type another sign wherever this one stands, but for letters of names."""
     where = board.plain == sign
+    if sign in _JOINING:
+        where &= ~_in_word(board)
     if sign in _OF_NAMES:
         where &= ~_in_names(board, sign, is_wall=plain == "#")
     board.plain[where] = plain
@@ -301,7 +304,7 @@ def _others(board: Board) -> None:
             if free and here.any() and _is_shaft(board, here):
                 board.plain[here] = free.pop(0)
                 continue
-        if sign == "_":
+        if sign in _JOINING:
             here &= ~within
         board.plain[here] = "."
         board.plain[here & rim] = "#"

@@ -391,15 +391,21 @@ def _counted_on(floors: Iterable[Floor], follows: int) -> Iterator[Edit]:
 
 
 def _blanks(page: Page) -> Iterator[Mistake]:
-    """Find blank lines between two rows of a drawing; behind a whole one, a heading."""
+    """Find blank lines between two rows of a drawing.
+
+    Behind a whole one there should be a heading, and behind each further one.
+    """
     height = page.size[1] if page.settings["size"] else 0
     for floor in page.floors:
         for number, (above, below) in enumerate(pairwise(floor.rows), 1):
             between = page.lines[above.number : below.number - 1]
             blank = [line for line in between if not line.written.strip(" \t")]
             follows = floor.numbers[-1] + 1 if floor.numbers else 2
-            if blank and number == height and not height % len(floor.rows[number:]):
-                edits = [below.above(f"floor {follows}:")]
+            if blank and number == height and len(floor.rows) % height == 0:
+                edits = [
+                    row.above(f"floor {storey}:")
+                    for storey, row in enumerate(floor.rows[height::height], follows)
+                ]
                 yield blank[0].mistake("blank-heading", floor=follows, edits=edits)
                 break
             for line in blank:
