@@ -220,7 +220,9 @@ def test_no_gap_is_told_where_two_parts_are_joined_twice():
     text = HOUSE.replace("hall+lab", "hall.lab").replace(
         "####.....#...#", "####.........#", 1
     )
-    assert told(text) == ["'lab' is a second name in room 'hall'"]
+    assert told(text) == [
+        "'lab' is written in a room that has its name already, 'hall'"
+    ]
     assert "Type '.' instead of it" in standing(text)[1][0].hint
 
 

@@ -15,7 +15,7 @@ from conftest import ROOT
 
 from reference.building import Building, Kind
 from reference.fire import NoFire, RandomFire
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop import drawing
 from reference.workshop.drawing import page
@@ -195,6 +195,33 @@ def test_a_film_lasts_as_long_as_its_evacuation(frames_per_tick, tmp_path):
     assert film["end"] == pytest.approx(run.world.time)
 
 
+def test_a_film_may_begin_in_the_middle_of_a_run(tmp_path):
+    """It tells the run's own seconds, and what has burnt out by then."""
+    run = evacuation()
+    while run.world.time < 70.0:
+        run.step()
+    assert run.world.flames.ash.any()
+    begin = run.world.time
+    path = tmp_path / "film.html"
+    drawing.animate(run, path)
+    film = data(path.read_text(encoding="utf-8"))
+    assert film["begin"] == pytest.approx(begin)
+    packed = film["runs"][0]
+    frames = packed["bodies"][0]
+    played_seconds = film["end"] - film["begin"]
+    assert (frames - 1) * film["step"] == pytest.approx(played_seconds, abs=0.6)
+    ash = unpacked(packed["flames"], 5)[4]
+    assert (ash == 0).sum() > 0
+
+
+def test_runs_side_by_side_tell_the_same_seconds(tmp_path):
+    """Another second for each would need a slider of its own."""
+    later = evacuation()
+    later.step()
+    with pytest.raises(InputError, match="begin at the same second"):
+        drawing.animate([evacuation(), later], tmp_path / "film.html")
+
+
 # -- What the player shows and says ---------------------------------------------------
 
 
@@ -216,20 +243,21 @@ needs_node = pytest.mark.skipif(which("node") is None, reason="needs node")
 
 
 @needs_node
-@pytest.mark.parametrize(("step", "end"), [(0.6, 200.0), (0.6, 177.8), (0.5, 20.0)])
-def test_the_last_value_of_the_slider_shows_the_last_frame(step, end, text):
+@pytest.mark.parametrize("begin", [0.0, 40.0])
+@pytest.mark.parametrize(("step", "end"), [(0.6, 200.0), (0.6, 177.8), (0.5, 60.0)])
+def test_the_last_value_of_the_slider_shows_the_last_frame(begin, step, end, text):
     """Also where the end is between two frames; before it others are shown."""
-    frames = [k * step for k in range(int(end / step + 1e-9) + 1)]
+    frames = [begin + k * step for k in range(int((end - begin) / step + 1e-9) + 1)]
     if end - frames[-1] > 1e-9:
         frames.append(end)
     last = len(frames) - 1
-    code = f"""{of_player("when", "frame")}
+    code = f"""{of_player("{ begin, end }", "when", "frame")}
     const run = {{frames: Array({last + 1})}}
-    console.log(JSON.stringify([frame(run, film.end), frame(run, film.end - 0.01),
-      frame(run, 0), frame(run, film.step), when({last}), when(1)]))"""
-    shown = played(code, film={"step": step, "end": end})
-    assert shown == [last, last - 1, 0, 1, end, step]
-    assert re.search(r'type="range" min="0" value="0" step="any" max="80.0"', text)
+    console.log(JSON.stringify([frame(run, end), frame(run, end - 0.01),
+      frame(run, begin), frame(run, begin + film.step), when({last}), when(1)]))"""
+    shown = played(code, film={"step": step, "begin": begin, "end": end})
+    assert shown == [last, last - 1, 0, 1, end, begin + step]
+    assert re.search(r'type="range" min="0.0" value="0.0" step="any" max="80.0"', text)
 
 
 @needs_node
@@ -241,7 +269,7 @@ def test_flames_hide_no_names_and_names_no_people():
     const put = (_, name) => log.push(name), line = () => 0, colour = () => ""
     const write = (_, room) => log.push(room[5])
     const context = new Proxy({{}}, {{get: () => () => 0, set: () => true}})
-    {of_player("when", "frame", "isStairwell", "together", "paint")}
+    {of_player("{ begin, end }", "when", "frame", "isStairwell", "together", "paint")}
     const one = {{i: 0, x: 5, y: 5, floor: 0, state: 0, toX: -1, leader: -1}}
     const run = {{frames: [[one], [one]], flames: [[0, 1, 1, 0, -1]], chosen: -1,
       doors: [], sources: []}}
@@ -249,7 +277,14 @@ def test_flames_hide_no_names_and_names_no_people():
     console.log(JSON.stringify(log))"""
     names = [[0, "A"], [0, "hall"], [1, "attic"]]
     rooms = [[floor, 15, 15, 10, False, name] for floor, name in names]
-    film = {"step": 0.6, "end": 0.6, "trail": 10, "marks": [], "rooms": rooms}
+    film = {
+        "step": 0.6,
+        "begin": 0.0,
+        "end": 0.6,
+        "trail": 10,
+        "marks": [],
+        "rooms": rooms,
+    }
     assert played(code, film=film) == ["flames", "hall", "follower", "A"]
 
 

@@ -46,7 +46,8 @@ def animate(
     the default of all; further lines of one say who plays
     going: runs them instead, and pauses after each tick; see `recording.ticks`.
 
-    A film begins where its simulations stand. All of the file is written, or nothing.
+    A film begins where its simulations stand, all at the same second.  All of the file
+    is written, or nothing.
     Raises InputError for what cannot be filmed, such as runs that have ended, for
     headings of another number, for another suffix and for .mp4 without ffmpeg; OSError
     for an unwritable path.
@@ -99,6 +100,11 @@ def _filmable(runs: Iterable[Simulation]) -> list[Simulation]:
         raise InputError(
             "this evacuation has ended, and a film plays it to its end: give a new "
             "simulation that has not run"
+        )
+    if len({round(run.world.time, 9) for run in listed}) > 1:
+        raise InputError(
+            "evacuations side by side begin at the same second: film each, or run "
+            "them as far as the others"
         )
     return listed
 

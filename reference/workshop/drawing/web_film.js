@@ -28,10 +28,11 @@ async function read(run, which) {
     bodies.filter(one => one.state == state).length))
   Object.assign(run, { article: all("article")[which], chosen: -1 })
 }
-const when = k => Math.min(k * film.step, film.end) // s; the last frame is the end
-const frame = (run, t) => t >= film.end - 1e-6 ? run.frames.length - 1 :
-  Math.min(Math.floor(t / film.step + 1e-6), run.frames.length - 1)
-const since = (run, i, state) => // s when a body got into a state, below 0: never
+const { begin, end } = film, part = t => (t - begin) / (end - begin || 1) // from 0 to 1
+const when = k => Math.min(begin + k * film.step, end) // s; the last frame is the end
+const frame = (run, t) => t >= end - 1e-6 ? run.frames.length - 1 :
+  Math.min(Math.floor((t - begin) / film.step + 1e-6), run.frames.length - 1)
+const since = (run, i, state) => // s when a body got into a state, before the film: never
   when(run.frames.findIndex(bodies => bodies[i].state == state))
 function bodies(run, t) { // where and how all are, also between two frames
   const k = frame(run, t), next = run.frames[k + 1] ?? run.frames[k]
@@ -157,7 +158,7 @@ const AREAS = [["ink", [OUT, FOLLOWER, LEADER, DEAD]], ["inside", [OUT, FOLLOWER
   ["exit", [OUT]]] // the dead above, those inside between, those out below
 function chart(run, t) {
   const [canvas] = all(".time", run.article), context = canvas.getContext("2d")
-  const wide = canvas.clientWidth, high = canvas.clientHeight - 15, second = wide / film.end
+  const wide = canvas.clientWidth, high = canvas.clientHeight - 15, at = wide * part(t)
   const box = (name, x, width, alpha = 1) => {
     Object.assign(context, { fillStyle: ink(name), globalAlpha: alpha })
     context.fillRect(x, 0, width, high)
@@ -169,23 +170,23 @@ function chart(run, t) {
       states.reduce((sum, state) => sum + counts[state], 0))
     context.beginPath()
     context.lineTo(0, high)
-    tops.forEach((top, k) => context.lineTo(when(k) * second, top))
+    tops.forEach((top, k) => context.lineTo(part(when(k)) * wide, top))
     context.lineTo(wide, tops.at(-1))
     context.lineTo(wide, high)
     context.fillStyle = ink(name)
     context.fill()
   }
-  box("page", t * second, wide, 0.65) // what is to come
-  box("source", t * second - 1, 2)
+  box("page", at, wide, 0.65) // what is to come
+  box("source", at - 1, 2)
   Object.assign(context, { fillStyle: ink("text"), font: "11px system-ui" })
-  for (const part of range(5)) {
-    context.textAlign = ["left", "center", "center", "center", "right"][part]
-    context.fillText(`${Math.round(part / 4 * film.end)} s`, part / 4 * wide, high + 12)
+  for (const k of range(5)) {
+    context.textAlign = ["left", "center", "center", "center", "right"][k]
+    context.fillText(`${Math.round(begin + k / 4 * (end - begin))} s`, k / 4 * wide, high + 12)
   }
   const [follow, lead, out, dead] = run.counts[frame(run, t)]
   const told = [out, follow + lead, dead]
   all(".status b", run.article).forEach((b, j) => { b.textContent = told[j] })
-  all(".verdict", run.article)[0].classList.toggle("over", t >= film.end)
+  all(".verdict", run.article)[0].classList.toggle("over", t >= end)
 }
 function facts(run, t) {
   const one = run.frames[frame(run, t)][run.chosen]
@@ -194,11 +195,12 @@ function facts(run, t) {
   const called = i => i < run.people ? `person ${i + 1}` : `robot ${i - run.people + 1}`
   const led = run.frames[frame(run, t)].filter(other => other.leader == one.i).length
   const where = `${called(one.i)}, floor ${one.floor + 1}`, leads = led ? `, leads ${led}` : ""
-  const health = `health ${one.health} of 100`, t0 = Math.round(since(run, one.i, one.state))
+  const health = `health ${one.health} of 100`, t0 = since(run, one.i, one.state)
+  const ago = `${t0 > begin ? "after" : "by"} ${Math.round(t0)} s`
   if (one.state == ROBOT) return where + leads +
     `, says “${one.says < 0 ? "follow me" : "go to " + film.marks[one.says].name}”`
-  if (one.state == OUT) return `${called(one.i)}: got out after ${t0} s, ${health}`
-  if (one.state == DEAD) return `${where}: died after ${t0} s`
+  if (one.state == OUT) return `${called(one.i)}: got out ${ago}, ${health}`
+  if (one.state == DEAD) return `${where}: died ${ago}`
   const does = one.stairwell >= 0 ? "on the stairs" : one.state == LEADER ? "a leader" :
     one.leader >= 0 ? `follows ${called(one.leader)}` : "a follower, lost its leader"
   return `${where}: ${does}${leads}, ${health}`
@@ -228,11 +230,12 @@ function legend() { // of what occurs in this film
     film.runs[1] ? "; below it: of the second" : ""}</span>`)
 }
 function marks(run, which) { // at the slider
-  const died = range(run.people).map(i => since(run, i, DEAD)).filter(t => t >= 0)
+  const died = range(run.people).map(i => since(run, i, DEAD))
   const fires = run.sources.map(fire => ["source", "fire source", fire[3]])
-  for (const [ink, what, t] of [...fires, ...died.map(t => ["ink", "death", t])]) {
+  const both = [...fires, ...died.map(t => ["ink", "death", t])]
+  for (const [ink, what, t] of both.filter(([, , t]) => t >= begin)) {
     const tick = document.createElement("i")
-    tick.style.left = `calc(8px + ${t / film.end} * (100% - 16px))`
+    tick.style.left = `calc(8px + ${part(t)} * (100% - 16px))`
     tick.title = `${what} after ${Math.round(t)} s`
     tick.className = ink
     tick.dataset.run = which
@@ -242,7 +245,7 @@ function marks(run, which) { // at the slider
 
 // -- Playing ------------------------------------------------------------------------
 
-let time = 0, playing = false, held = false, before = 0, alone = -1
+let time = begin, playing = false, held = false, before = 0, alone = -1
 function show() {
   for (const run of film.runs.filter(run => !run.article.hidden)) {
     const now = bodies(run, time)
@@ -252,11 +255,11 @@ function show() {
     all(".facts", run.article)[0].textContent = facts(run, time)
   }
   slider.value = time
-  told.value = `${Math.round(time)} of ${Math.round(film.end)} s`
+  told.value = `${Math.round(time)} of ${Math.round(end)} s`
   slider.setAttribute("aria-valuetext", told.value)
 }
 function seek(t) {
-  time = Math.max(0, Math.min(t, film.end))
+  time = Math.max(begin, Math.min(t, end))
   show()
 }
 function choose(run, i) {
@@ -264,14 +267,14 @@ function choose(run, i) {
   show()
 }
 function play(on) {
-  if (on && time >= film.end) time = 0
+  if (on && time >= end) time = begin
   if (on && !playing) requestAnimationFrame(now => advance(before = now))
   playing = on
   button.textContent = on ? "Pause" : "Play"
 }
 function advance(now) {
   if (playing && !held) seek(time + (now - before) / 1000 * speed.value)
-  if (playing && !held && time >= film.end) play(false)
+  if (playing && !held && time >= end) play(false)
   before = now
   if (playing) requestAnimationFrame(advance)
 }
@@ -331,7 +334,7 @@ function press(event) { // but what the control in focus does with a key, it doe
   const own = target == speed || target.matches("button, [type=radio]") && key == " " ||
     target.matches("[type=radio]") && /^Arrow/.test(key)
   const to = { ArrowLeft: time - step, ArrowRight: time + step, PageDown: time - 20,
-    PageUp: time + 20, Home: 0, End: film.end }[key]
+    PageUp: time + 20, Home: begin, End: end }[key]
   if (own || event.ctrlKey || event.altKey || event.metaKey) return
   if (to !== undefined) seek(to)
   else if (key == " ") event.repeat || play(!playing)

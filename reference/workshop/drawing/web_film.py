@@ -22,7 +22,7 @@ from reference.simulation import Simulation
 from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.evacuation import INKS, ONE_SPOT, STEPS, TRAIL_SECONDS
 from reference.workshop.strategies import FIRES
-from reference.world import NOWHERE, DoorBurnt, Fate
+from reference.world import NOWHERE, DoorBurnt, Fate, Flames
 
 FRAME = 0.6  # simulated seconds
 TEMPLATE = Path(__file__).with_name("web_film.html")
@@ -71,6 +71,7 @@ def _film_of(runs: Sequence[Simulation], reels: "Sequence[Reel]") -> dict[str, A
     down, across = building.kind.shape[1:]
     return {
         "step": seconds_per_frame(runs[0]),
+        "begin": reels[0].begin,
         "end": round(max(run.world.time for run in runs), 9),
         "trail": TRAIL_SECONDS,
         "spot": 10 * ONE_SPOT,
@@ -134,12 +135,14 @@ def seconds_per_frame(run: Simulation) -> float:
 class Reel:
     """What a film holds of one evacuation, noted frame by frame.
 
+    begin     s, of the first frame
     bodies    of each frame (B, 10), columns of BODY
     lit, ash  frames in which each cell begins to burn and has burnt out, or NEVER
     """
 
     def __init__(self, run: Simulation):
         self.run = run
+        self.begin = round(run.world.time, 9)
         self.bodies = list[np.ndarray]()
         self.lit = np.full(run.building.kind.shape, NEVER)
         self.ash = self.lit.copy()
@@ -147,7 +150,7 @@ class Reel:
     def note(self) -> None:
         """Note where everybody is, and what burns."""
         world = self.run.world
-        self._note_flames(world.flames.burning, frame=len(self.bodies))
+        self._note_flames(world.flames, frame=len(self.bodies))
 
         bodies = world.bodies
         now = np.full((len(bodies) + len(world.robots), 10), NOWHERE, np.int16)
@@ -169,11 +172,11 @@ class Reel:
                 row[8:] = self._spots(robot.destination)
         self.bodies.append(now)
 
-    def _note_flames(self, burning: np.ndarray, frame: int) -> None:
+    def _note_flames(self, flames: Flames, frame: int) -> None:
         """Note the frame in cells that burn for the first time, or no longer."""
-        lit_before = self.lit != NEVER
-        self.lit[burning & ~lit_before] = frame
-        self.ash[~burning & lit_before & (self.ash == NEVER)] = frame
+        has_burnt = flames.burning | flames.ash
+        self.lit[has_burnt & (self.lit == NEVER)] = frame
+        self.ash[flames.ash & (self.ash == NEVER)] = frame
 
     def _spots(self, points: Any) -> np.ndarray:
         """Turn metres (..., 2) into decimetres from the north-west corner."""

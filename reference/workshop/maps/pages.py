@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
-from itertools import dropwhile, groupby, islice
+from itertools import dropwhile, groupby, islice, pairwise
 from typing import Any
 
 from reference.floorplan import HEADING_PATTERNS
@@ -196,8 +196,28 @@ class Page:
     def drawn(self) -> dict[str, int]:
         """Columns and rows of the drawings."""
         columns = max((len(row.code) for row in self.rows), default=30)
-        rows = max((len(floor.rows) for floor in self.floors if floor.rows), default=9)
-        return {"columns": columns, "rows": rows}
+        heights = [self._height_of(floor) for floor in self.floors if floor.rows]
+        return {"columns": columns, "rows": max(heights, default=9)}
+
+    def blanks_between(self, above: Line, below: Line) -> list[Line]:
+        """Blank lines from one row to another."""
+        between = self.lines[above.number : below.number - 1]
+        return [line for line in between if not line.written.strip(" \t")]
+
+    def _height_of(self, floor: Floor) -> int:
+        """Rows of a drawing; of one part, where blank lines part it into floors.
+
+        Floors are as high as each other, and have walls above and below.
+        """
+        parts = [[floor.rows[0]]]
+        for above, below in pairwise(floor.rows):
+            if self.blanks_between(above, below):
+                parts.append([])
+            parts[-1].append(below)
+        alike = len({len(part) for part in parts}) == 1
+        if alike and all(_is_closed(part) for part in parts):
+            return len(parts[0])
+        return len(floor.rows)
 
 
 # -- Comments and headings ----------------------------------------------------------
@@ -243,6 +263,12 @@ def _is_comment(line: Line) -> bool:
 def _is_wall(line: Line) -> bool:
     """Whether a line is nothing but walls, as rows at the edge of a drawing are."""
     return not line.code.strip("# \t")
+
+
+def _is_closed(rows: Sequence[Line]) -> bool:
+    """Whether rows can be a whole drawing: outer walls above and below, maybe exits."""
+    edges = rows[0].code + rows[-1].code
+    return len(rows) > 2 and not edges.strip("#E \t")
 
 
 def _may_draw(beside: Sequence[Line]) -> bool:

@@ -395,11 +395,10 @@ def _blanks(page: Page) -> Iterator[Mistake]:
 
     Behind a whole one there should be a heading, and behind each further one.
     """
-    height = page.size[1] if page.settings["size"] else 0
+    height = page.size[1] if page.settings["size"] else page.drawn["rows"]
     for floor in page.floors:
         for number, (above, below) in enumerate(pairwise(floor.rows), 1):
-            between = page.lines[above.number : below.number - 1]
-            blank = [line for line in between if not line.written.strip(" \t")]
+            blank = page.blanks_between(above, below)
             follows = floor.numbers[-1] + 1 if floor.numbers else 2
             if blank and number == height and len(floor.rows) % height == 0:
                 edits = [
