@@ -156,8 +156,8 @@ def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
 def _place_robots(building: Building, per_floor: int, people: int) -> list[Robot]:
     """Put a team on each floor, a robot at each stairwell in turn [C2].
 
-    Robots have no bodies [C7, chosen]: they and people walk through each other. Their
-    numbers follow those of people's bodies, so that who follows whom is one number.
+    Robots hinder nobody [C7, chosen]: they and people walk through each other. Their
+    numbers follow those of people, so that who follows whom is one number.
     """
     nav = navigation_of(building)
     robots: list[Robot] = []

@@ -70,9 +70,12 @@ def lightable(building: Building) -> np.ndarray:
 
 
 def free_places(world: World) -> np.ndarray:
-    """(places,) bool: unburnt, unprotected room cells without human or robot [D6]."""
-    flames = world.flames
-    free = (lightable(world.building) & ~flames.burning & ~flames.ash).ravel()
+    """(places,) bool: unburnt, unprotected room cells without human or robot [D6].
+
+    A robot stands in its cell also when its work is done.
+    """
+    unlit = world.flames.arrival > world.time
+    free = (lightable(world.building) & unlit).ravel()
     free[world.bodies.place[world.bodies.walking]] = False
     free[[robot.place for robot in world.robots]] = False
     return free

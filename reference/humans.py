@@ -77,7 +77,10 @@ def think(me: Mind, observe: View) -> None:
 
 
 def stuck(me: Mind, observe: View) -> bool:
-    """Has this human tried to move without headway for STUCK_SECONDS? [B5, chosen]"""
+    """Has this human made no headway for STUCK_SECONDS, or waits it for that reason?
+
+    [B5, chosen]
+    """
     halted = observe.time - observe.headway_time > paper.STUCK_SECONDS + 1e-9
     return halted or observe.time < me.waits_until
 

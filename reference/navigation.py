@@ -250,7 +250,7 @@ class Navigation:
         return [*self.corners(chain), goal]
 
     def corners(self, chain: list[int]) -> list[int]:
-        """The places of a chain where a straight walk has to turn, without its ends."""
+        """The places of a chain between straight walks, which look only so far."""
         corners = [chain[0]]
         for here, there in pairwise(chain):
             if not self.clear.reaches(corners[-1], there):

@@ -1,6 +1,7 @@
 """The numbers of the paper's appendix, and the `Scenario` that varies some of them.
 
-Each has its clause and what it means; where the choice matters, why.
+Each has its clause and what it means; where the choice matters, why. In front of the
+`Scenario` stand the checks of what callers give: read over them at first.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -35,7 +36,7 @@ HEALTH = 100.0  # [B7] hp, at the start
 HEALTH_RATE = 0.01  # [B7] health lost per frame
 FRAMES_PER_SECOND = 50  # [F8, chosen] Unity's fixed step of 0.02 s reproduces Eq. 7
 FRAMES_PER_TICK = 10  # [F8, chosen] one tick of the simulation: 0.2 s, 0.1 health
-MOST_FRAMES_PER_TICK = 25  # [F8, chosen] in longer ticks people step through walls
+MOST_FRAMES_PER_TICK = 25  # [F8, chosen] the fastest walk 0.93 m in it, a wall is 1 m
 SIGHT_RANGE = 5.0  # [B2, chosen] metres, in smoke: about as wide as a small office
 
 RAYS = 360
@@ -406,7 +407,7 @@ class Scenario:
     """
 
     people: int = current(lambda: PEOPLE)  # [B8] spread over the floors [F8, chosen]
-    people_per_floor: tuple[int, ...] | None = None  # instead, lowest first
+    people_per_floor: tuple[int, ...] | None = None  # lowest first; `people` is unread
     rooms: tuple[str, ...] = ()  # ids of rooms to start in ("1/hall"); empty: anywhere
     robots_per_floor: int = current(lambda: ROBOTS_PER_FLOOR)  # [C2]
     sources: int = current(lambda: FIRE_SOURCES)  # fires at most [C2]

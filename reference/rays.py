@@ -24,7 +24,7 @@ from reference.building import Building, Kind, distance, lengths, read_only
 from reference.navigation import Navigation, StraightLines, navigation_of, shifted
 
 RAY_STEP = 0.05  # metres between two points of a ray; it may miss a corner it cuts
-ROUNDING = 1e-9  # cells: a point on a border lies in the next one, however rounded
+ROUNDING = 1e-9  # cells: a point on a border lies east or south of it, however rounded
 KEPT = 1 << 15  # answers of each kind that are kept
 Holes = frozenset[int]  # destroyed doors in view, which rays pass [A6]
 NO_HOLES: Holes = frozenset()

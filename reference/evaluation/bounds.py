@@ -65,6 +65,9 @@ def mean_ways(building: Building) -> tuple[float, ...]:
 def best_reward_carried(losses: Sequence[float], starters: Sequence[float]) -> float:
     """Estimate the best reward if health lost on a floor is not restored [F8].
 
+    Stairs cost nothing here, as in the paper; in a run a storey costs 7.5. Who has no
+    health left dies, and leaves no further floor.
+
     losses: health lost on the way off each floor; starters: people who start there;
     both lowest first. For 25/3 on each of three floors: 14000 when all forty start on
     the third, 10808 when 14, 13 and 13 do on the first to the third, as by default.
@@ -72,7 +75,8 @@ def best_reward_carried(losses: Sequence[float], starters: Sequence[float]) -> f
     best = 0.0
     for floor, people in enumerate(starters):
         left = paper.HEALTH - np.cumsum(losses[floor::-1])
-        best += people * float(left.clip(0).sum() + paper.FIXED_REWARD)
+        end = paper.FIXED_REWARD if left[-1] > 0 else -paper.FIXED_PENALTY
+        best += people * float(left.clip(0).sum() + end)
     return best
 
 

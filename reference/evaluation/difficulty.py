@@ -63,8 +63,8 @@ def difficulty(
 
     Without fire x = 0; if no way is ever open x = 1. A way counts as open again when
     what closed it has burnt out [D7], so all of a building burning at once is worth
-    0.36 only, h = 2312: for more, fires must take turns. More burning cells, the others
-    as before, never lower h.
+    0.36 at most, h = 2312, from 0 s on: for more, fires must take turns. More burning
+    cells, the others as before, never lower h.
 
     The root is there because Eq. 8 squares h: on the paper's ruler the fire's part of E
     is x itself [F11, chosen].

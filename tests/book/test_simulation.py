@@ -620,6 +620,27 @@ def test_people_wait_on_the_stairs_until_the_entrance_is_free():
     assert people.walking[1] and people.floor[1] == 0
 
 
+@pytest.mark.paper("A3", "chosen")
+def test_who_stands_above_the_entrance_holds_nobody_up():
+    """q stands for good above the lower entrance; p comes out on time."""
+    sim = stage("#AA+.......E\n\n#A+q......p#", still="q")
+    upper = sim.building.stairwells[0].entrances[1][0]
+    enter_stairs(sim.world, body("p"), upper)
+    play(sim, sim.world.bodies.stairs_until[body("p")] + sim.tick)
+    assert sim.world.bodies.walking[body("p")]
+
+
+@pytest.mark.paper("A3")
+@pytest.mark.paper("B7")
+@pytest.mark.paper("F8")
+def test_who_dies_on_the_stairs_leaves_no_further_floor():
+    """p enters them on the third floor and dies before the second; q stays inside."""
+    board = "#AA+....q..E\n\n#AA+...+...#\n\n#AA+p......#"
+    sim = stage(board, leads="p", still="q", health={"p": 5})
+    wait(sim, 80)
+    assert [type(event) for event in sim.events] == [LeftFloor, Died]
+
+
 FOOT = """
     #########
     #AA+...pE

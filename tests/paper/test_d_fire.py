@@ -37,6 +37,7 @@ from reference.fire import (
     Spread,
     burnable,
     cells_around_clearance,
+    decision_at,
     free_places,
     snapped,
 )
@@ -168,10 +169,23 @@ def test_other_places_come_in_one_order_for_a_whole_run():
     generator = sim.generator
     first = generator.generate(sim.world, wall)
     assert generator.generate(sim.world, wall) == first
-    sim.world.flames.burning[first.floor, *sim.building.cell(first.x, first.y)] = True
+    cell = (first.floor, *sim.building.cell(first.x, first.y))
+    sim.world.flames.arrival[cell] = sim.world.time
     assert generator.generate(sim.world, wall) != first
-    sim.world.flames.burning[:] = False
+    sim.world.flames.arrival[cell] = np.inf
     assert generator.generate(sim.world, wall) == first
+
+
+@pytest.mark.paper("D6")
+def test_a_source_occupies_its_cell_before_the_flames_next_step():
+    """Where decisions follow each other faster than flames do."""
+    sim = stage(BOARD, training=True, decision_seconds=0.1, frames_per_tick=5)
+    first = int(np.flatnonzero(free_places(sim.world))[0])
+    sim.fire_strategy = FirstDecision(decision_at(sim.world, first), NoFire())
+    wait(sim, 0.3)
+    sim.fire_strategy = FirstDecision(decision_at(sim.world, first), NoFire())
+    wait(sim, 0.6)
+    assert [type(event) for event in sim.events] == [FireLit, FireRefused]
 
 
 @pytest.mark.paper("D6", "chosen")

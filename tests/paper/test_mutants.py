@@ -257,8 +257,17 @@ D6 fire
   - free[[robot.place for robot in world.robots]] = False
   + free[[robot.place for robot in world.robots[:1]]] = False
 D6 fire
-  - & ~flames.burning & ~flames.ash).ravel()
-  + & ~flames.burning).ravel()
+  - unlit = world.flames.arrival > world.time
+  + unlit = ~world.flames.burning
+D6 fire
+  - unlit = world.flames.arrival > world.time
+  + unlit = ~world.flames.burning & ~world.flames.ash
+B7 simulation
+  - bodies.stairs_until[i] = inf
+  + pass
+A3 walking
+  - bodies.walking & (bodies.floor == well.lowest)
+  + bodies.walking
 D7 fire
   - flames.arrival = np.minimum(flames.arrival,
   + flames.arrival = np.maximum(flames.arrival,
