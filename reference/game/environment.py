@@ -1,8 +1,8 @@
 """The environment: robots and the fire as agents, one decision a step.
 
-Methods are those of PettingZoo's parallel API.  A robot leaves when its floor and all
-above it are empty [C8].  At the end the remaining agents are terminated if nobody is
-inside any more, truncated if time is up.
+Methods are those of PettingZoo's parallel API.  A robot is terminated when its floor
+and all above it are empty [C8], the fire when nobody is inside any more.  When time is
+up the others are truncated.
 
     step        one decision of the robots, 5 s; the fire's action is read at every k-th
     agents      "robot_0", ..., "fire_0"; a side that a strategy plays is not among them
@@ -213,19 +213,18 @@ class Environment:
             rewards[FIRE] = fire_reward(events)  # [D6]
 
         # who leaves
-        inside = any(run.world.occupancy)
         at_work = self._at_work()
         ended = {agent: not at_work[agent] for agent in agents}  # [C8]
-        if run.done:
-            ended = dict.fromkeys(agents, not inside)
-        cut = dict.fromkeys(agents, run.done and inside)
+        cut = {agent: run.done and at_work[agent] for agent in agents}
         self.agents = [a for a in agents if not (ended[a] or cut[a])]
         return self._observed(agents), rewards, ended, cut, self._infos(agents)
 
     def _at_work(self) -> dict[str, bool]:
-        """Tell which agents have something to do; the fire always has."""
-        robots = observations.robots_at_work(self.simulation.world).tolist()
-        return {FIRE: True, **dict(zip(self._robot_agents, robots, strict=False))}
+        """Tell which agents have work to do: the fire, while anybody is inside."""
+        world = self.simulation.world
+        robots = observations.robots_at_work(world).tolist()
+        at_work = {FIRE: any(world.occupancy)}
+        return at_work | dict(zip(self._robot_agents, robots, strict=False))
 
     def _observed(self, agents: list[str]) -> Observations:
         """Collect what each agent observes now [C1] [C4] [D1], in arrays of its own."""

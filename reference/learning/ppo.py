@@ -301,8 +301,9 @@ class Learner:
 #   as the original documents (its code takes "linear", unless `trainer_type` stands
 #   before the hyperparameters in the file);
 # * an episode's length counts the robots' decisions, for the fire too (the original:
-#   each agent's own); a summary's row stands at the step where its round ended (the
-#   original: at multiples of `summary_freq`);
+#   each agent's own); a summary's row and a checkpoint stand where a round ended, one
+#   for all multiples of `summary_freq` or `checkpoint_interval` in it (the original: at
+#   each), so that `keep_checkpoints` reach farther back;
 # * a training that begins with a policy learned before takes the actor alone, and at
 #   first its new critic learns alone (the original: whatever fits);
 # * rewards are scaled by `reward_scale`, too (the original: by `strength` alone);

@@ -405,15 +405,18 @@ def test_when_nobody_is_inside_all_who_are_there_are_terminated():
     assert environment.agents == environment.possible_agents
 
 
-def test_when_time_is_up_all_who_are_there_are_truncated():
-    """Also a robot whose floor has emptied in this very step: one flag for all."""
+def test_when_time_is_up_all_who_have_work_are_truncated():
+    """A robot whose floor has emptied in this very step is terminated."""
     environment = game("paper", people=12, time_limit=12)
     for _ in range(2):
         environment.step(idle(environment))
     gone(environment, 2)
     _, _, terminations, truncations, _ = environment.step(idle(environment))
-    assert all(truncations.values())
-    assert not any(terminations.values())
+    robots = observations.robots_at_work(environment.simulation.world).tolist()
+    at_work = {**dict(zip(truncations, robots, strict=False)), "fire_0": True}
+    assert 0 < sum(robots) < len(robots)
+    assert truncations == at_work
+    assert terminations == {agent: not works for agent, works in at_work.items()}
     assert environment.simulation.world.time == pytest.approx(12)
     assert environment.agents == []
 

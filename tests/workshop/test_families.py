@@ -139,6 +139,14 @@ def test_strips_hold_every_row_once(learner):
     assert sorted(found.tolist()) == [*range(len(both))]
 
 
+def test_strips_of_two_buildings_are_mixed(learner):
+    """A large batch holds rows of both."""
+    both = joined_mixed(learner.buffer * 5)
+    batches = [*strips(both, len(both) // 3, torch.Generator().manual_seed(0))]
+    for which in batches[:3]:
+        assert len(both.vectors.at[which, 0].unique()) == 2
+
+
 # -- Which building a job plays in --------------------------------------------------
 
 
@@ -162,6 +170,17 @@ def test_every_job_of_random_has_a_new_building():
     for values, name in zip(bounds, ranges, strict=True):
         low, high = getattr(family, name)
         assert low <= min(values) <= low + 3 and high - 3 <= max(values) <= high
+
+
+def test_people_do_not_follow_from_the_size_of_a_building():
+    """Nor robots; all are drawn from the same numbers here."""
+    alike = (15, 18)
+    family = Family(widths=alike, heights=alike, people=alike, robots_per_floor=alike)
+    drawn = [job.lot for job in lots(family, 100)]
+    rows = {
+        (lot.size[0], lot.size[1], lot.people, lot.robots_per_floor) for lot in drawn
+    }
+    assert len(rows) > 80
 
 
 def test_so_many_buildings_come_in_turn():

@@ -19,7 +19,7 @@ from reference.learning.rollouts import play
 from reference.simulation import Simulation
 from reference.workshop.anchors.frame import KEEP, UNIT, WAIT, robot_destinations
 from reference.workshop.strategies.guides import Sweep
-from reference.workshop.training.imitation import Demonstration
+from reference.workshop.training.imitation import Demonstration, clone
 
 
 def off_course(training, seed=5):
@@ -77,6 +77,28 @@ def test_the_teacher_plays_first_then_its_pupil_and_the_teacher_says_what_it_wou
     assert all(np.array_equal(said[name], still_said[name]) for name in said)
     assert np.array_equal(pupils, alone)
     assert not np.array_equal(pupils, teachers, equal_nan=True)
+
+
+def test_each_episode_of_a_job_has_a_guide_of_its_own():
+    """What one remembers, and its random numbers, reach no other."""
+    training = begun(imitate="patrol")
+    job = training.jobs()[0]
+    (one,) = play(replace(job, seeds=(1,)))
+    (other,) = play(replace(job, seeds=(2,)))
+    both = play(replace(job, seeds=(1, 2)))
+    for alone, beside in zip((one, other), both, strict=True):
+        assert np.array_equal(alone.robots.actions, beside.robots.actions)
+
+
+def test_no_evacuation_is_demonstrated_twice_or_learned_from_again():
+    """Each round of copying, and the first that learns, has seeds of its own."""
+    training = begun(imitate="sweep")
+    seeds = []
+    for _ in range(training.settings.imitation_rounds + 1):
+        jobs = training.jobs()
+        seeds += [seed for job in jobs for seed in job.seeds]
+        training.learn([e for job in jobs for e in play(job)])
+    assert len({*seeds}) == len(seeds) == 6
 
 
 @pytest.mark.paper("E1", "chosen")
@@ -149,3 +171,50 @@ def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     going = from_normalised(teacher.codec.building, robot_destinations(moment.world))
     told = teacher._recorded(moment, going, seen, grid)
     assert np.allclose(told["actions"], keep) and told["alive"][under_way].all()
+
+
+def asked(head):
+    """A teacher of this head, what it sees and the moment."""
+    settings = tiny(robots={"head": head})
+    teacher = Demonstration(settings.robots, {}, "sweep").player(
+        "robots", building_of(TINY), settings.scenario
+    )
+    moment = after_8_s(settings.scenario)
+    (seen,) = teacher.codec.read([moment])
+    (grid,) = teacher.codec.grids([moment])
+    return teacher, moment, seen, grid
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_gaussian_of_the_floor_is_taught_the_metres_that_the_teacher_means():
+    """It cannot keep a destination: such decisions teach it nothing."""
+    teacher, moment, seen, grid = asked("floor")
+    wanted = np.full((len(moment.alive), 2), (3.5, -1.5))
+    wanted[0] = np.nan
+    told = teacher._recorded(moment, wanted, seen, grid)
+    assert told["alive"].tolist() == [False] + [True] * (len(wanted) - 1)
+    metres = teacher.codec.actions(told["actions"], moment.vectors)
+    assert np.allclose(metres[1:], wanted[1:], atol=1e-3)
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_mixture_is_not_taught_what_is_near_no_anchor():
+    """A metre beside one it is taught, nine it is not."""
+    teacher, moment, seen, grid = asked("mixture")
+    here = np.array([robot.position for robot in moment.world.robots])
+    east = np.array([1.0, 0.0])
+    for metres, learns in ((1.0, True), (40.0, False)):
+        told = teacher._recorded(moment, here + metres * east, seen, grid)
+        assert (told["alive"] == learns).all()
+
+
+@pytest.mark.paper("E4")
+def test_normalisers_see_what_is_demonstrated():
+    """Each decision once, before the fit."""
+    training = begun(imitate="sweep")
+    demonstrations = [e.robots for job in training.jobs() for e in play(job)]
+    learner = training.learners["robots"]
+    before = float(learner.actor.body.encoder.normaliser.count)
+    clone(learner, demonstrations, 1)
+    shown = sum(int(each.alive[:-1].sum()) for each in demonstrations)
+    assert float(learner.actor.body.encoder.normaliser.count) == before + shown

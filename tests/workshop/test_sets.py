@@ -88,11 +88,16 @@ def numbers(codec, seen):
 
 
 def networks(codec, seed=0):
-    """A policy and a critic that have learned nothing."""
+    """A policy and a critic with random weights; new ones would have no biases."""
     torch.manual_seed(seed)
     table = settings()
     sizes = codec.sizes
-    return table.network(Actor)(sizes, table), GroupCritic(sizes, table)
+    both = table.network(Actor)(sizes, table), GroupCritic(sizes, table)
+    with torch.no_grad():
+        for network in both:
+            for weight in network.parameters():
+                weight.add_(0.1 * torch.randn_like(weight))
+    return both
 
 
 def says(codec, moment, actor):

@@ -246,7 +246,7 @@ def test_in_the_league_each_side_meets_the_other_as_it_was_earlier():
     now = actors(training)
     past = training.versions
     assert [*past["robots"]] == [*past["fire"]] == [1, 2, 3]
-    turns = (4, "robots", 3), (5, "fire", 3), (6, "robots", 1)
+    turns = (2, "robots", 1), (4, "robots", 3), (5, "fire", 3), (6, "robots", 1)
     for training.round, side, version in turns:
         both, one = training.jobs()
         (other,) = {*SIDES} - {side}
@@ -283,6 +283,22 @@ def test_a_fire_reports_only_episodes_it_played():
     everybody = [episode.facts["survival"] for episode in episodes]
     assert robots["Environment/Survival"] == pytest.approx(sum(everybody) / 2)
     assert fire["Environment/Survival"] == pytest.approx(everybody[0])
+
+
+def test_a_fire_that_has_not_played_for_rounds_reports_none_of_them():
+    """Where another stands in for whole rounds, its row tells its own ones alone."""
+    often = {"summary_freq": 1}
+    training = begun(tiny(random_fires=0.5, jobs_per_round=1, fire=often))
+    own = []
+    told = []
+    for _ in range(3):
+        (job,) = training.jobs()
+        (episode,) = play(job)
+        if episode.fire is not None:
+            own.append(episode.facts["survival"])
+        told += [row for row in training.learn([episode]) if row["side"] == "fire"]
+    assert [row["Environment/Survival"] for row in told] == pytest.approx(own)
+    assert len(own) == 2
 
 
 def test_a_side_past_its_max_steps_learns_no_more(tmp_path):

@@ -42,17 +42,19 @@ class Settings:
     random_fires         share of the jobs in which a scripted fire stands in for one
                          that learns: robots easily overfit to a single adversary
     stand_ins            these fires, in turn
-    league               of the other jobs, the share in which one side, robots and fire
-                         in turn, plays as it did earlier: fictitious play (Brown 1951)
+    league               while robots learn, of the other jobs, the share in which one
+                         side, robots and fire in turn, plays as it did earlier:
+                         fictitious play (Brown 1951)
     calm                 share of the robots' max_steps before anybody sets fires: a
                          curriculum, the building first
     imitation_rounds     before robots learn, if they imitate a strategy: it plays the
                          first; in the others robots play, and it says what it would do
     imitation_episodes   of such a round
     imitation_epochs     passes through all these episodes, after each of the rounds
-    critic_rounds        in which the critic learns alone, at least one update long, if
-                         its policy was copied or learned elsewhere: an untrained
-                         critic would undo that
+    critic_rounds        of the training's first, in which the critic learns alone, at
+                         least one update long, if its policy was copied or learned
+                         elsewhere: an untrained critic would undo that. Rounds count
+                         in which the side does not learn, too
     threads              torch's, in updates; the order of its sums depends on their
                          number, so it is not taken from the machine
     """

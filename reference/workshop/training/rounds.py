@@ -296,7 +296,7 @@ class Training:
             # Its own episodes' means, without those in which somebody stood in.
             played = [e.facts for e in episodes if getattr(e, side) is not None]
             summary = self.summaries[side]
-            summary.add(side, played or facts, update)
+            summary.add(side, played, update)
             means = summary.row(learner.steps, learner.settings.summary_freq)
             if means is not None:
                 rows.append({"side": side, "step": learner.steps, **when, **means})

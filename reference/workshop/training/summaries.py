@@ -1,8 +1,9 @@
 """Summaries by ML-Agents' names: rows of means, in a table.
 
-A row every `summary_freq` steps of a side [E1] [E2]: means over the episodes and
-updates since the row before.  Rewards are unscaled health points [E5]; unlike in
-ML-Agents, "Cumulative Reward" includes the group's reward.
+A row stands at the end of a round in which a side's steps pass a multiple of
+`summary_freq`, or several [E1] [E2]: means over the episodes and updates since the row
+before.  Rewards are unscaled health points [E5]; unlike in ML-Agents, "Cumulative
+Reward" includes the group's reward.
 """
 
 from collections.abc import Iterable, Mapping
