@@ -16,7 +16,6 @@ from reference.__main__ import main
 from reference.fire import RandomFire
 from reference.paper import InputError
 from reference.workshop.comparing.design import Experiment
-from reference.workshop.comparing.intervals import Interval
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.drawing.colours import colour_of
 from reference.workshop.engine import run_to_end
@@ -310,18 +309,12 @@ def test_who_has_only_begun_has_no_age(script):
         script("by_age").ages(folder, 10)
 
 
-def kept_cells(name):
-    """The cells of a table that is kept, as far as pictures read them."""
-    table = read_json(SCRIPTS.parent / "tables" / f"{name}.json")
-    return [
-        SimpleNamespace(**cell | {"survival": Interval(**cell["survival"])})
-        for cell in table["cells"]
-    ]
+TABLES = SCRIPTS.parent / "tables"
 
 
 def test_ages_have_colours_from_the_fewest_to_the_most_who_survive(script):
     """A scale from 0 to 100 % left a hundred cells nearly white."""
-    cells = kept_cells("by_age")
+    cells = script("kept_rows").kept_cells(TABLES / "by_age.json")
     figure = script("by_age").drawn(cells)
     axes = figure.axes[0]
     (image,) = axes.images
@@ -333,10 +326,10 @@ def test_ages_have_colours_from_the_fewest_to_the_most_who_survive(script):
 
 def test_who_has_decided_nothing_stands_at_0_and_guides_look_as_anywhere(script):
     """Left of a break of the axis, which is logarithmic."""
-    cells = kept_cells("from_nothing")
     nothing = script("from_nothing")
-    names = {cell.robots: None for cell in cells if cell.robots not in nothing.GUIDES}
-    figure = nothing.drawn({name: int(name.replace(",", "")) for name in names}, cells)
+    names = "from_nothing", "from_nothing_again"
+    tables = [nothing.kept_cells(TABLES / f"{name}.json") for name in names]
+    figure = nothing.drawn(tables)
     assert len(figure.axes) == len(nothing.FIRES)
     assert overlaps(figure) == []
     for axes in figure.axes:

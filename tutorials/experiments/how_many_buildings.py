@@ -6,7 +6,7 @@
 Trainings of preset `any` in 1, 10, 100 and 1,000 generated buildings: each copies
 `escort`, then makes as many decisions under scripted fires.  Afterwards they play in
 buildings of their own training and in others, where `escort` plays, too.  The gap
-between both is what they have learned by heart.  Whatever is finished is kept, each
+between both is how much they overfit.  Whatever is finished is kept, each
 number of decisions apart; the same command goes on.  With 500,000 it takes hours.
 """
 

@@ -2,7 +2,8 @@
 
 A row is a dataclass that extends its job's, and has the `seconds` that it took. Jobs
 name an evacuation by `building`, `base` (the robots), `fire` and `seed`. Imported by
-`what_a_decision_is_worth.py` and `robots_that_search.py`.
+`what_a_decision_is_worth.py` and `robots_that_search.py`; `kept_cells`, which reads
+tables of matches, by `from_nothing.py`.
 """
 
 import sys
@@ -10,12 +11,22 @@ from dataclasses import asdict, fields
 from functools import lru_cache
 from operator import attrgetter
 from pathlib import Path
+from types import SimpleNamespace
 
 from reference import Scenario, Simulation, load
+from reference.workshop.comparing.intervals import Interval
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.engine import make_ready
-from reference.workshop.storage.files import Table, read_table
+from reference.workshop.storage.files import Table, read_json, read_table
 from reference.workshop.storage.workers import map_as_done, workers
+
+
+def kept_cells(path):
+    """The cells of a JSON table of matches, as far as pictures read them."""
+    return [
+        SimpleNamespace(**cell | {"survival": Interval(**cell["survival"])})
+        for cell in read_json(path)["cells"]
+    ]
 
 
 @lru_cache

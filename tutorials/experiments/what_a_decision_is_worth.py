@@ -33,6 +33,7 @@ from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import format_interval, interval_of_mean
 from reference.workshop.drawing import page
+from reference.workshop.drawing.choices import GUARDED
 from reference.workshop.engine import run_to_decision
 from reference.workshop.measuring.branching import (
     CHOICE_KINDS,
@@ -335,7 +336,10 @@ LOOKS = {
     TO_STAY: ("#23272e", "D"),
     GO_ON: ("#e69f00", ">"),
 }
-"""Colour and marker of each kind; a rim is where one guards a way out."""
+"""Colour and marker of each kind."""
+
+NAMES = {TO_RIM: GUARDED}
+"""What kinds are called in the legend, as where anchors are drawn."""
 
 
 def picture(rows):
@@ -349,8 +353,8 @@ def picture(rows):
     fires = [fire for fire in FIRES if any(row.fire == fire for row in rows)]
     better = sum(map(believed_in, rows))
     title = (
-        f"What one decision of {first.base} is worth: in {better} of {len(rows)} "
-        f"a better one is believed in, held {first.held} times"
+        f"{first.base}: at {better} of {len(rows)} decisions a better choice is found, "
+        f"held for {first.held}"
     )
     figure = page.sheet(title, 15, 10)
     above, below = figure.subfigures(2, 1, height_ratios=(1.25, 1))
@@ -367,11 +371,11 @@ def picture(rows):
     times[0].set_ylabel("people gained, fresh futures")
 
     looks = {
-        kind: {"color": colour, "marker": marker, "ls": ""}
+        NAMES.get(kind, kind): {"color": colour, "marker": marker, "ls": ""}
         for kind, (colour, marker) in LOOKS.items()
     }
     looks["hollow: no gain"] = {"color": GREY, "marker": "o", "mfc": "w", "ls": ""}
-    looks["no better one believed in"] = {"color": GREY, "marker": ".", "ls": ""}
+    looks["no better one found"] = {"color": GREY, "marker": ".", "ls": ""}
     looks["mean of all, with interval"] = {"color": page.TEXT, "marker": "_"}
     page.legend(figure, page.samples(looks), ncols=9)
     return figure

@@ -112,7 +112,8 @@ def drawn(found, titles, episodes):
 def _add_shares(axes, spots, episodes, **look):
     """Mark the cells of (n, 2) metres; areas are shares of the evacuations."""
     cells, counts = np.unique(np.floor(spots), axis=0, return_counts=True)
-    axes.scatter(*(cells.T + 0.5), 400 * counts / episodes, **look, zorder=5)
+    areas = 400 * counts / episodes
+    axes.scatter(*(cells.T + 0.5), areas, **look, zorder=5, clip_on=False)
 
 
 def main():
