@@ -206,7 +206,8 @@ class FireStrategy(Protocol):
     def decide(self, world: World, rng: Rng) -> Decision | None:
         """Floor and metres of the next source, or None for none.
 
-        Floors count from 0: what a map calls floor 1 is 0.
+        Floors count from 0: what a map calls floor 1 is 0. Where no source may be, it
+        is lit elsewhere, or refused in training [D6].
         """
 
 

@@ -102,7 +102,12 @@ def pytest_runtest_logstart(location):
 def pytest_assertrepr_compare(config, op, left, right):
     """Two boards that differ are shown below the test, under the rule."""
     if op == "==" and Board in (type(left), type(right)):
-        config.boards = list(side_by_side(drawn(left), drawn(right)))
+        told = side_by_side(drawn(left), drawn(right))
+        config.boards = [
+            *told,
+            "",
+            "What the signs mean: at the top of tests/movies.py",
+        ]
         return ["the board differs, see below"]
     return None
 

@@ -77,10 +77,12 @@ class Ruler:
 def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
     """Solve Eq. 4 for b and c through two critical points, (reward, y) each [F2].
 
-    b = (y₂/y₁)^(α/(R₂−R₁)), c = b^(R₁/α)/y₁.
+    b = (y₂/y₁)^(α/(R₂−R₁)), c = b^(R₁/α)/y₁. Raises RulerError unless R₁ < R₂.
     """
     R_1, y_1 = worst
     R_2, y_2 = best
+    if R_1 >= R_2:
+        raise RulerError("the best reward is the worst: all ways out are too long")
     α = paper.ALPHA
     b = (y_2 / y_1) ** (α / (R_2 - R_1))
     return b, b ** (R_1 / α) / y_1

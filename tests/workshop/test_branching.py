@@ -25,12 +25,14 @@ from reference.workshop.measuring.branching import (
     branches,
     choices_of,
     future_of,
+    mean_and_error,
     own_kind,
     play_searching,
     play_to_the_end,
     players_of,
     saved,
     search,
+    surely_more,
     worth_of,
 )
 from reference.workshop.storage.workers import one_thread
@@ -169,6 +171,14 @@ def test_the_exit_that_is_near_enough_is_the_best_choice():
     assert own_kind(sim, robot, choices_of(sim, robot)) == TO_STAY
 
 
+def test_a_mean_is_surely_more_than_nothing_beyond_two_standard_errors():
+    """Which is 1 of a draw of 0 and one of 2."""
+    assert mean_and_error(np.array([0.0, 2.0])) == (1, 1)
+    assert mean_and_error(np.array([3.0])) == (3, 0)
+    assert not surely_more(2.0, 1.0)
+    assert surely_more(2.1, 1.0)
+
+
 def test_the_own_decision_gains_exactly_nothing():
     """Where it is the best, and under another name."""
     sim = hall()
@@ -177,6 +187,7 @@ def test_the_own_decision_gains_exactly_nothing():
     near = min(choices, key=lambda choice: choice.point[0])
     sim.robot_strategy = Held(sim.robot_strategy, {robot.body: Order(near.point, 99)})
     assert own_kind(sim, robot, choices) == near.kind == TO_WAY_OUT
+    assert sim.robot_strategy.orders[robot.body].decisions == 99  # it was asked a copy
     own, same = saved(branches(sim, robot, [None, near], 4, (1, 2, 3)))
     assert own.tolist() == same.tolist()
     worth = worth_of(sim, robot, 4, ROUNDS)

@@ -133,7 +133,8 @@ def test_nothing_overlaps_and_every_floor_says_how_many(name):
     figure = drawing.anchors(shipped(name))
     assert overlaps(figure) == []
     for floor, by_kind in anchors_of(moment_of(shipped(name))).items():
-        count = sum(map(len, by_kind.values()))
+        spots = {tuple(spot.round(6)) for found in by_kind.values() for spot in found}
+        count = len(spots)  # some guard two ways at once
         assert figure.axes[floor].get_title(loc="left").endswith(f", {count} anchors")
 
 

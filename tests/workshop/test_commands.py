@@ -538,10 +538,10 @@ def test_a_folder_that_was_made_for_nothing_is_removed(tmp_path):
 @pytest.mark.parametrize(
     ("command", "said"),
     [
-        ("evacuate", "the first against the first"),
+        ("evacuate", "the first robots meet the first fire"),
         ("evaluate", "each plays against all of --fire"),
         ("evacuate", "a new or empty folder"),
-        ("evacuate", "over a film that is there"),
+        ("evacuate", "replaces a film of that name"),
     ],
 )
 def test_the_help_says_what_surprises(command, said, capsys):

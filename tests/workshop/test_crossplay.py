@@ -14,7 +14,7 @@ from trainings import Stopped, begun, room_for, tiny, trained
 
 from reference.evaluation.bounds import critical_points
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
-from reference.evaluation.score import paper_ruler
+from reference.evaluation.score import RulerError, paper_ruler
 from reference.fire import RandomFire
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
@@ -304,6 +304,21 @@ def test_the_best_scripted_guide_scores_1_whatever_else_plays():
     assert "= 1" not in table(cells(played, paper_ruler()))
     assert baseline_of([*learned, *none], None, *points) is None
     assert baseline_of([*learned, *none], "none", *points).why == "as asked"
+
+
+@pytest.mark.paper("F12")
+@pytest.mark.parametrize(
+    ("best", "told"),
+    [
+        ((-1_800.0, 1000.0), "the best reward is the worst"),
+        ((-1_700.0, 1000.0), "lies off this ruler"),
+    ],
+)
+def test_refuses_a_baseline_where_nobody_is_to_get_out(best, told):
+    """The mean way kills, or nearly; some near a way out get out all the same."""
+    runs = [result("sweep", seed=k, reward=-1310.0) for k in range(3)]
+    with pytest.raises(RulerError, match=told):
+        baseline_of(runs, None, (-1_800.0, 0.1), best)
 
 
 @pytest.mark.paper("F9")

@@ -375,9 +375,12 @@ def test_a_picture_s_legend_names_what_is_there_a_film_s_all_that_may_come(simul
     assert moving < of_film
     now = told_in_legend(drawing.draw(simulation))
     assert now == of_film - moving
-    assert {"follower", "robot (2: two)", "out", "wall"} < now
+    assert {"follower", "robot (2: two on one spot)", "out", "wall"} < now
     alone = Simulation(TINY, Scenario(people=0), NoRobots(), NoFire())
-    assert told_in_legend(drawing.draw(alone)) == now - {"follower", "robot (2: two)"}
+    assert told_in_legend(drawing.draw(alone)) == now - {
+        "follower",
+        "robot (2: two on one spot)",
+    }
 
 
 def test_everybody_is_drawn_on_the_floor_they_are_on(simulation):

@@ -322,6 +322,7 @@ def test_two_processes_never_write_one_training(tmp_path):
 def test_stopped_on_a_cluster_it_says_who_goes_on_and_how(monkeypatch, tmp_path):
     """With the cluster's address, so that the line can be typed as it is."""
     monkeypatch.setattr(common, "cluster", lambda address: nullcontext(InProcess()))
+    (tmp_path / "experiment.json").touch()
     with (
         pytest.raises(
             KeyboardInterrupt, match=r"Workers finish .*\n.* --cluster tcp:x"
@@ -439,6 +440,25 @@ def test_the_answer_is_what_the_intervals_say(ppo, words):
     results = outcome(learning=8, ppo=ppo)
     assert words in results.answer()
     assert results.answer() in report.report_page(results, "a.png", "b.png")
+
+
+def test_arms_are_not_compared_under_their_own_fires():
+    """There each meets another: that would compare fires."""
+    assert "learning" in outcome(learning=8, ppo=5).answer()
+    assert OWN_FIRE not in outcome(learning=8, ppo=5).answer()
+
+
+def test_one_fire_that_learned_tells_nothing_of_others():
+    """However many robots, written by hand, meet it."""
+    asked = {**COMPARED, "seeds": [0], "compare": [["sweep", "none"]]}
+    asked["test"] = {"robots": ["sweep", "none"]}
+    runs = [
+        result(robots, "learning-0", seed, range(out), people=10)
+        for robots, out in (("sweep", 9), ("none", 2))
+        for seed in range(20)
+    ]
+    told = Results(small(**asked), runs).answer()
+    assert "70.0 [70.0, 70.0]: one training tells nothing of others" in told
 
 
 def test_one_training_tells_nothing_of_others():

@@ -405,7 +405,7 @@ def test_fix_writes_a_new_map_and_says_what_it_changed(plan, capsys):
     said = capsys.readouterr()
     assert said.out.splitlines() == [
         "written: plan-fixed.txt",
-        "round 1, the first that each hint says:",
+        "round 1; of two remedies the first was taken:",
         "  1:1: each row begins with '> '. Take this out of all rows.",
         "ok: Flat, floors 1, rooms [3], doors 2, exits 1, stairwells 0",
     ]

@@ -128,8 +128,13 @@ def test_the_last_two_rows_of_who_leaves_are_in_the_exit_or_entrance(recorded):
 
 
 def test_people_look_where_they_walk(recorded):
-    """Along the last step; at first nowhere. Who has left keeps the orientation."""
+    """Along the last step; at first nowhere.
+
+    Who has left keeps the orientation, and who comes down stairs.
+    """
     found = rows(recorded[0], 0)
+    above = {i: row for (_, i), row in sorted(rows(recorded[0], 1).items())}  # the last
+    came_down = 0
     for (frame, i), (x, y, *heading, _, _, _) in found.items():
         if frame == 0:
             assert heading == [0, 0]
@@ -138,6 +143,10 @@ def test_people_look_where_they_walk(recorded):
             ahead = step / np.hypot(*step) if step.any() else before[2:4]
             kept = (frame + 1, i) not in found and heading == list(before[2:4])
             assert kept or heading == pytest.approx(ahead, abs=1e-6)
+        else:
+            assert heading == list(above[i][2:4])
+            came_down += 1
+    assert came_down
 
 
 # -- With PedPy ---------------------------------------------------------------------

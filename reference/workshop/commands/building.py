@@ -134,7 +134,7 @@ def _told(repair: Repair) -> str:
     """Say what was changed, round by round: of each hint its first part."""
     lines = []
     for number, mistakes in enumerate(repair.rounds, 1):
-        lines.append(f"round {number}, the first that each hint says:")
+        lines.append(f"round {number}; of two remedies the first was taken:")
         for mistake in mistakes[:CHANGES_TOLD]:
             count = f" ({mistake.more + 1} places)" if mistake.more else ""
             place = f"{mistake.line}:{mistake.column}"

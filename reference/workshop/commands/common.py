@@ -15,7 +15,7 @@ from typing import Any
 from reference.paper import InputError
 from reference.workshop.comparing.results import align_columns
 from reference.workshop.storage.files import message_of
-from reference.workshop.storage.runs import ContradictionError, locked
+from reference.workshop.storage.runs import LOCK_FILE, ContradictionError, locked
 from reference.workshop.storage.workers import cluster, workers
 
 NO_BUGS = (InputError, OSError, UnicodeError, MemoryError, BrokenExecutor)
@@ -94,6 +94,11 @@ def shell_line(*words: object) -> str:
     return shlex.join(["python", "-m", "reference", *map(str, words)])
 
 
+def _has_begun(folder: Path) -> bool:
+    """Is there anything in a run's folder to go on with?"""
+    return folder.exists() and any(p.name != LOCK_FILE for p in folder.iterdir())
+
+
 @contextmanager
 def run_in_folder(
     arguments: Namespace,
@@ -133,6 +138,6 @@ def run_in_folder(
             f"a worker has died, perhaps for want of memory: take fewer. {advice}"
         ) from error
     except KeyboardInterrupt:
-        if folder and not folder.exists():  # it has not begun: nothing to go on with
+        if folder and not _has_begun(folder):  # nothing to go on with
             raise
         raise KeyboardInterrupt(f"stopped. {advice}") from None

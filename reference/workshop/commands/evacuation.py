@@ -40,7 +40,10 @@ PLAYED = ("robots", "fire", "seed")  # what a run played; the rest came of it
 FILMED: list[Pair] = [("none", "random"), ("escort", "random")]
 LEARNED_TOO: Pair = (LEARNED, "random")
 FILM_FILE = Path("evacuation.html")
-PAIRED = "at most three, the first against the first; default: {}"
+PAIRED = (
+    "at most three: the first robots meet the first fire, the second the second, and "
+    "one alone meets all; default: {}"
+)
 EPISODES_HELP = "how many; episode i uses seed + i; default: 1"
 MOST_FILMED = 3  # pairs side by side
 CHOSEN_SEED = 56
@@ -177,7 +180,7 @@ def strategies(arguments: Namespace) -> None:
     options.output(
         "--animate",
         options.FILMS,
-        "film the first episode, over a film that is there; pairs side by side; "
+        "film the first episode, pairs side by side; replaces a film of that name; "
         ".mp4 needs ffmpeg",
     ),
     options.SEED,

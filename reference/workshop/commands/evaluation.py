@@ -18,7 +18,7 @@ from reference.workshop.commands.common import (
 )
 from reference.workshop.comparing import buildings, matches, results
 from reference.workshop.comparing.buildings import Evaluations, Played
-from reference.workshop.comparing.matches import Arena, Evaluation
+from reference.workshop.comparing.matches import Evaluation
 from reference.workshop.comparing.results import Baseline, Cell
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.storage.files import write_json
@@ -34,6 +34,10 @@ NO_BASELINE = (
     "as escort, or take --baseline"
 )
 OVER_RUNS = "[95 % bootstrap intervals over runs]"
+COLUMNS_NOTE = (
+    "last out, health: of those who got out; over baseline: percentage points, on the "
+    "same seeds"
+)
 ONE_RUN = "one run of each match; several have intervals: --episodes"
 
 
@@ -129,13 +133,17 @@ def _begin_or_resume(arguments: Namespace) -> dict[str, Evaluation]:
 
 @dataclass(frozen=True)
 class SummedUp:
-    """What the runs in one building come to; report: for programs."""
+    """What the runs in one building come to.
+
+    report  for programs;  no_baseline  why there is none, where there is none
+    """
 
     evaluation: Evaluation
     played: Sequence[RunResult]
     baseline: Baseline | None
     cells: list[Cell]
     report: dict[str, Any]
+    no_baseline: str
 
     def text(self) -> str:
         """Write it for people, as a table and what to know of it."""
@@ -144,9 +152,10 @@ class SummedUp:
         lines = [
             results.table(self.cells, baseline=baseline.robots if baseline else None),
             OVER_RUNS if self.evaluation.episodes > 1 else ONE_RUN,
+            COLUMNS_NOTE,
             f"score E: by the paper's ruler, on which 1 is the paper's baseline in the "
             f"paper's building: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}",
-            baseline.about() if baseline else NO_BASELINE,
+            baseline.about() if baseline else self.no_baseline,
         ]
         return "\n".join(lines)
 
@@ -158,9 +167,13 @@ def _sum_up(
     arena = evaluation.arena
     ruler = paper_ruler()
     baseline = None
+    no_baseline = NO_BASELINE
     if arena.people:
         points = critical_points(arena.drawn, arena.scenario)
-        baseline = results.baseline_of(played, arguments.baseline, *points)
+        try:
+            baseline = results.baseline_of(played, arguments.baseline, *points)
+        except RulerError as error:
+            no_baseline = f"no E on a baseline of this building: {error}"
     cells = results.cells(
         played, ruler, arguments.baseline, baseline.ruler if baseline else None
     )
@@ -170,14 +183,13 @@ def _sum_up(
     played = _with_titles(played, evaluation)
     if baseline:
         baseline = replace(baseline, robots=evaluation.titles[baseline.robots])
-    return SummedUp(evaluation, played, baseline, cells, report)
+    return SummedUp(evaluation, played, baseline, cells, report, no_baseline)
 
 
 def _keep(folder: Path, summary: SummedUp) -> None:
     """Write table and pictures beside the runs in one building."""
     write_json(folder / "cells.json", summary.report)
-    arena = summary.evaluation.arena
-    _draw(folder, arena, summary.baseline, summary.cells, summary.played)
+    _draw(folder, summary.evaluation, summary.baseline, summary.cells, summary.played)
 
 
 def _keep_and_print_all(
@@ -241,9 +253,18 @@ def _with_titles(rows: Sequence[Met], evaluation: Evaluation) -> list[Met]:
     ]
 
 
+def _caption(evaluation: Evaluation) -> str:
+    """Say where and over what means are, below a picture."""
+    from reference.workshop.drawing.crossplay import MEANS_OVER, ONE_RUN
+
+    count = evaluation.episodes
+    over = MEANS_OVER.replace("the runs", f"{count:,} runs") if count > 1 else ONE_RUN
+    return f"{evaluation.where()}: {over}"
+
+
 def _draw(
     folder: Path,
-    arena: Arena,
+    evaluation: Evaluation,
     baseline: Baseline | None,
     cells: list[Cell],
     played: Sequence[RunResult],
@@ -252,15 +273,16 @@ def _draw(
     from reference.workshop.drawing import crossplay, save
     from reference.workshop.drawing.ruler import contours, curve
 
-    save(crossplay.matrix(cells), folder / "matrix.png")
-    save(crossplay.evacuation_curves(played), folder / "evacuations.png")
+    told = _caption(evaluation)
+    save(crossplay.matrix(cells, told), folder / "matrix.png")
+    save(crossplay.evacuation_curves(played, told), folder / "evacuations.png")
     ruler = paper_ruler()
     one = "the paper's baseline"
     if baseline:
         ruler = baseline.ruler
         one = f"{baseline.robots} here"
         cells = [replace(cell, score=cell.score_on_baseline) for cell in cells]
-    best = best_reward(arena.drawn, arena.people)
+    best = best_reward(evaluation.arena.drawn, evaluation.arena.people)
     try:
         save(curve(ruler, best), folder / "ruler.png")
     except RulerError as error:

@@ -220,7 +220,10 @@ PEOPLE_OPTION = number(
 SAMPLE = flag(
     "--sample", "draw a learned policy's actions, not the likeliest", default=None
 )
-ERRORS_HELP = "robots misjudge positions by up to N metres, as harms most; default: 0"
+ERRORS_HELP = (
+    "robots misjudge positions by up to N metres, by the worst of a few errors each "
+    "time; default: 0"
+)
 ERRORS = number("--errors", 0, ERRORS_HELP, most=40)
 WORKERS_HELP = (
     "how many processes, which changes no result; 0: this one; default: all cores"

@@ -33,7 +33,8 @@ ENOUGH_TRAININGS = 5  # trainings of an arm; with fewer a result is preliminary
 SHOWN = ("survival", "reward", "difficulty")
 INTERVALS_NOTE = (
     "interquartile means over an arm's trainings, with 95 % bootstrap intervals over "
-    "trainings and evacuations; robots written by hand count as one training"
+    "trainings and evacuations; robots written by hand count as one training; fires of "
+    "an arm are averaged, so intervals do not cover other fires"
 )
 
 
@@ -88,13 +89,15 @@ class Results:
     def fewest_trainings(self, cells: Iterable[tuple[str, str]]) -> int | None:
         """Count the trainings of the arm that has fewest; None where nobody learned.
 
-        cells: rows and columns; robots written by hand do not count
+        cells: rows and columns; robots written by hand do not count, fires that learned
+        do
         """
         trainings: dict[str, set[str]] = {}
         for row, column in cells:
-            if row in self.experiment.arms:
-                tested = {run.robots for run in self.runs[row, column]}
-                trainings.setdefault(row, set()).update(tested)
+            for run in self.runs[row, column]:
+                for who in (run.robots, run.fire):
+                    if arm_of(who) in self.experiment.arms:
+                        trainings.setdefault(arm_of(who), set()).add(who)
         return min(map(len, trainings.values()), default=None)
 
     def answer(self) -> str:
@@ -111,8 +114,12 @@ class Results:
         return "\n".join([told, "", *(f"* {line}" for line in lines)]).strip()
 
     def _differences(self) -> Iterator[str]:
-        """How many more the first of each pair saves than the second."""
-        for (one, other), column in product(self.experiment.compare, self.columns):
+        """How many more the first of each pair saves than the second.
+
+        Not under their own fires: there each meets another.
+        """
+        columns = [column for column in self.columns if column != OWN_FIRE]
+        for (one, other), column in product(self.experiment.compare, columns):
             cells = [(one, column), (other, column)]
             if {*cells} <= self.runs.keys():
                 both = (self.values(*cell, "survival") for cell in cells)

@@ -69,6 +69,9 @@ class Baseline:
     """Robots that score 1 on average over the fires, and the ruler of that.
 
     robots  by the word asked for;  why  they are the baseline;  how  k was found
+
+    Intervals of E take the ruler as exact, though it comes from the same runs: who is
+    compared with the baseline is compared by `gain`, which is paired.
     """
 
     robots: str
@@ -81,7 +84,7 @@ class Baseline:
         return (
             f"E, {self.robots} = 1: {self.robots}, {self.why}, scores 1 on average "
             f"over these fires: beta = {self.ruler.beta:,.4g}, k = "
-            f"{self.ruler.k:.3g}, {self.how}"
+            f"{self.ruler.k:.3g}, {self.how}; intervals take this ruler as exact"
         )
 
 
@@ -137,7 +140,8 @@ def baseline_of(
     The best has the highest mean over the fires of E, by the paper's k [F12, chosen].
     None where nobody is asked for and no scripted guide has played.
 
-    worst, best: the critical points, reward and y each
+    worst, best: the critical points, reward and y each. Raises RulerError where these
+    make no ruler, or a baseline's mean reward lies off it.
     """
     there = dict.fromkeys(run.robots for run in results)
     guides = [robots for robots in there if robots in GUIDES]

@@ -61,13 +61,13 @@ def anchors(building: Building) -> Figure:
     """Draw what a robot on each floor chooses between, at a moment [C5] [C6]."""
     simulation = moment_of(building)
     when = f"{simulation.world.time:.0f} s after the start"
-    title = f"{building.title}: points that robots choose between, {when}"
+    title = f"{building.title}: anchors, points that robots choose between, {when}"
     figure, panels = page.floor_page(building, title, range(building.floors), _PALE)
     found = anchors_of(simulation)
     for floor, by_kind in found.items():
         stars = ways_on_floor(building, floor, way_marks(building, floor)[0])
         _draw_anchors(panels[floor], {**by_kind, WAY_OUT: stars})
-        count = sum(len(spots) for spots in by_kind.values())
+        count = len(np.unique(np.concatenate([*by_kind.values()]).round(6), axis=0))
         name = page.floor_title(building, floor)
         panels[floor].set_title(f"{name}, {count} anchors")
     _draw_people(simulation, panels)

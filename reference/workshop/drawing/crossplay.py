@@ -34,6 +34,10 @@ LINE_STYLES = cycler(color=4 * color_sequences["petroff8"], linestyle=_TURNS)
 """Petroff's eight colours, which every eye tells apart, with all dashes in turn."""
 
 
+MEANS_OVER = "means over the runs of robots and a fire, with 95 % bootstrap intervals"
+ONE_RUN = "one run of robots and a fire"
+
+
 def players(cells: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]:
     """List all robots or fires, in the order of first appearance."""
     return list(dict.fromkeys(getattr(cell, side) for cell in cells))
@@ -42,11 +46,10 @@ def players(cells: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]
 def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
     """Draw every match's mean survival and interval, as a map of robots × fires.
 
-    caption: what means and intervals are over
+    caption: where, and what means and intervals are over
     """
     many = any(cell.n > 1 for cell in cells)
-    usual = "means over a match's runs, with 95 % bootstrap intervals"
-    over = caption or (usual if many else "one run of each match")
+    over = caption or (MEANS_OVER if many else ONE_RUN)
     robots = players(cells, "robots")
     fires = players(cells, "fire")
     names = [fill(name, 22) for name in robots]
@@ -72,10 +75,10 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
     return page
 
 
-def evacuation_curves(results: Sequence[RunResult]) -> Figure:
+def evacuation_curves(results: Sequence[RunResult], caption: str = "") -> Figure:
     """Draw evacuation curves: who is out by when, a panel for each fire.
 
-    Means over each strategy's runs, with bands.
+    Means over each strategy's runs, with bands. caption: where, and over what
     """
     robots = players(results, "robots")
     fires = players(results, "fire")
@@ -101,6 +104,7 @@ def evacuation_curves(results: Sequence[RunResult]) -> Figure:
     entry = 0.8 + 0.07 * letters  # inches
     columns = min(4, int(width / entry))
     legend(page, axes.lines, ncols=columns, handlelength=3.6)
+    page.supxlabel(fill(caption, int(13 * width)), fontsize=8)
     return page
 
 

@@ -77,16 +77,20 @@ def walkable(building: Building) -> Figure:
 
 
 def closeup(building: Building) -> Figure:
-    """Draw an exit, a stairwell entrance and a door up close [A8, Fig. 3]."""
+    """Draw an exit, a stairwell entrance and a door up close [A8, Fig. 3].
+
+    Each stands in the middle of its panel.
+    """
     first = {mark.kind: mark for mark in reversed(building.landmarks)}
     kinds = [kind for kind in WAYS if kind in first]
     figure = page.sheet(f"{building.title}: ways through, up close", 12, 3.8)
     panels = figure.subplots(1, len(kinds), squeeze=False)[0]
     for axes, kind in zip(panels, kinds, strict=True):
         mark = first[kind]
-        top, left = np.clip(mark.cells[0] - WINDOW // 2, 0, None)
+        around = np.pad(building.kind[mark.floor], WINDOW.max())  # it is outside
+        top, left = mark.cells[0] - WINDOW // 2 + WINDOW.max()
         rows, columns = WINDOW
-        piece = building.kind[mark.floor, top : top + rows, left : left + columns]
+        piece = around[top : top + rows, left : left + columns]
         add_boxes(axes, piece, SOLID)
         look: Style = {"color": COLOURS[kind], "weight": "bold", "loc": "center"}
         axes.set_title(page.MEANINGS[kind], **look)

@@ -125,8 +125,10 @@ class _Recorder:
             # before stairs took any in
             position[self.walked] = self.simulation.walked_to
         step = position - self.position
-        far = lengths(step)[:, None]
-        self.heading = np.where(far > 0, step / np.maximum(far, 1e-9), self.heading)
+        far = lengths(step)
+        turned = np.zeros(len(step), bool)
+        turned[self.walked] = far[self.walked] > 0  # not who came out of stairs
+        self.heading[turned] = step[turned] / far[turned, None]
         walking = np.flatnonzero(bodies.walking)
         self._add(np.union1d(self.walked, walking), tick, position)
 

@@ -159,6 +159,9 @@ def fundamental_diagram(seed: int) -> CaseResult:
     """Mean speed, m/s, by people per m²."""
     speed = {each: speed_in_ring(each, seed) for each in DENSITIES}
     falls = all(one >= other for one, other in pairwise(speed.values()))
+    flows = {each: each * v for each, v in speed.items()}  # people per m and second
+    moderate = max(flow for each, flow in flows.items() if each <= 2)
+    falls &= flows[DENSITIES[-1]] < moderate
     near = all(abs(v - weidmann(d)) < BAND for d, v in speed.items() if d <= 4)
     return falls and near, {f"{d:g}": v for d, v in speed.items()}
 

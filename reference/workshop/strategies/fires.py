@@ -110,7 +110,7 @@ def places_beside(building: Building, marks: Iterable[int]) -> list[int]:
 
 
 class BusiestFire:
-    """Lights the cell that most people cross on their cheapest ways outside."""
+    """Lights the cell that most cross on the cheapest ways off their floors."""
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Choose among all free cells; a random one if nobody is to cross any."""
@@ -121,8 +121,9 @@ class BusiestFire:
 def busiest(world: World, count: int) -> list[Decision]:
     """List free cells that most people will cross, none within APART_METRES.
 
-    At most `count` are listed. Everybody takes the cheapest way outside. Among equals,
-    those nearest to the way out come first.
+    At most `count` are listed. Everybody takes the cheapest way off the floor, and from
+    the foot of the stairs on again. Among equals, those nearest to the way out come
+    first.
     """
     nav = navigation_of(world.building)
     bodies = world.bodies

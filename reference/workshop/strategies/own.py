@@ -6,7 +6,12 @@ class Guide:  # in mine.py: `evaluate --robots sweep mine:Guide`
 
 class Fire:  # floors count from 0 here: what a map calls floor 1 is 0
     def decide(self, world, rng):
-        return 0, 1.5, -2.5
+        return 0, 1.5, -2.5  # metres east and north of the building's middle
+
+A source that is decided in a wall, outside, where it burns or somebody stands, or too
+near a way out, is lit in another free cell, on any floor [D6]; which cells are free
+tells `reference.fire.free_places`.  A destination that is no floor means the nearest
+place that is.
 
 Name a class that is made without arguments, or an object.  Every run plays with a new
 one, of a module imported anew, with those that it imports from its folder:
@@ -368,7 +373,7 @@ def _import_module(word: str) -> ModuleType:
     except ModuleNotFoundError as error:
         if not f"{name}.".startswith(f"{error.name}."):
             raise  # it is there, but imports what is not
-        raise InputError(
-            f"{word}: there is no module '{name}'. Write it here as mine:Guide for "
-            "`class Guide` in mine.py."
-        ) from None
+        how = "Write it here as mine:Guide for `class Guide` in mine.py."
+        if name.endswith(".py"):
+            how = f"Leave .py out: write {name.removesuffix('.py')}{word[len(name) :]}."
+        raise InputError(f"{word}: there is no module '{name}'. {how}") from None

@@ -1,4 +1,4 @@
-"""Count how many people pass each place on their cheapest ways outside.
+"""Count how many people pass each place on their cheapest ways off each floor.
 
 p  place;  d  metres to the nearest way out of the floor
 """
