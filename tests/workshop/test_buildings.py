@@ -164,7 +164,9 @@ def test_times_are_compared_where_somebody_got_out_of_both():
     assert less.evacuation_time == (2, 2, 2)
     none, _, less = figures_of(first[:1], second[:1])
     assert none.half_out is less.half_out is less.evacuation_time is None
-    assert table_of_buildings([none]).endswith("-: nobody got out in any run; of a difference, in no seed of both")
+    assert table_of_buildings([none]).endswith(
+        "-: nobody got out in any run; of a difference, in no seed of both"
+    )
 
 
 def test_deaths_are_counted_by_floor_and_compared_on_floors_of_both():

@@ -132,6 +132,26 @@ def test_refuses_a_decision_that_is_none(side, answer, mine, capsys):
     )
 
 
+@pytest.mark.parametrize(
+    ("place", "noted"),
+    [("0, 1000.0, 1000.0", 1), ("0, *world.building.metres(0, 0)", 1), (None, 0)],
+)
+def test_a_fire_that_can_start_nowhere_near_is_told_of_once(place, noted, mine, capsys):
+    """Outside or in a wall: another cell burns instead [D6]."""
+    free = "fire.decision_at(world, fire.free_places(world).argmax())"
+    code = f"""from reference import fire
+class Off:
+    def decide(self, world, rng):
+        return {place or free}
+"""
+    Path(f"{mine}.py").write_text(code)
+    played = f"evacuate --building tiny --people 4 --fire {mine}:Off"
+    assert main(played.split()) == 0
+    told = capsys.readouterr().err
+    assert told.count(f"{mine}:Off decided floor 0") == noted
+    assert ("where no fire may start" in told) == bool(noted)
+
+
 def test_a_slip_in_the_syntax_is_shown_where_it_is(mine, capsys):
     """The file, the line and a caret, without the way that led there."""
     Path(f"{mine}.py").write_text("class Guide:\n    def decide(self:\n")

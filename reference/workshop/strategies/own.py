@@ -49,6 +49,7 @@ from numpy.random import Generator as Rng
 import reference
 from reference import paper
 from reference.building import Building
+from reference.fire import Decision, lightable, snapped
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario, check_player
 from reference.workshop.storage.numbers import paper_numbers
@@ -64,6 +65,7 @@ from reference.workshop.strategies.untouched import untouched
 from reference.world import Robot, World
 
 CODE = "MODULE:NAME"
+_NOTED = set[str]()  # words whose fires were decided where none may start
 """How the help names code."""
 
 UNREADABLE = (TypeError, ValueError, OverflowError)
@@ -213,13 +215,31 @@ class CheckedStrategy:
             floor, x, y = place
             if floor not in floors:
                 raise ValueError
-            return int(floor), *metres(x, y)
+            decided = int(floor), *metres(x, y)
+            self._note_if_none_starts_there(world.building, decided)
+            return decided
         except UNREADABLE:
             wanted = (
                 f"(floor, x, y), floor 0 to {floors[-1]}, the lowest first, and "
                 "metres, or None"
             )
             raise self._refusal(answer, place, wanted) from None
+
+    def _note_if_none_starts_there(self, building: Building, decided: Decision) -> None:
+        """Say once on stderr that a wall, or what is outside, never burns [D6]."""
+        floor, x, y = decided
+        cell = (floor, *building.cell(snapped(x), snapped(y)))
+        may_start = lightable(building)
+        inside = all(0 <= k < n for k, n in zip(cell, may_start.shape, strict=True))
+        if self.word in _NOTED or (inside and may_start[cell]):
+            return
+        _NOTED.add(self.word)
+        print(
+            f"note: {self.word} decided floor {floor}, ({x:g}, {y:g}), where no fire "
+            "may start: a wall, outside or too near a way out. Another free cell is "
+            "lit instead, on any floor [D6].",
+            file=sys.stderr,
+        )
 
     def _answer(
         self, world: World, *given: Any, lengths: tuple[int, ...]
