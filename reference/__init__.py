@@ -62,7 +62,7 @@ BOOK = (
     "game.environment",  # who decides when, what an action means, who leaves
     "learning",  # the learners:
     "learning.settings",  # rows of Tables I and II
-    "learning.networks",  # actors and critics
+    "learning.networks",  # encoders and actors
     "learning.experience",  # trajectories and the buffer
     "learning.ppo",  # the fire's trainer
     "learning.poca",  # the robots' trainer, MA-POCA

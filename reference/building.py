@@ -176,7 +176,7 @@ class Building:
         return col + 0.5 - self.origin[1], self.origin[0] - (row + 0.5)
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
-        """Row and column of the cell around a point."""
+        """Row and column of a point's cell; on a border, the one in the east or north."""
         row = int(np.ceil(self.origin[0] - y)) - 1
         col = int(np.floor(x + self.origin[1]))
         return row, col
@@ -318,7 +318,8 @@ class Building:
         """Rooms, stairwells and the outside, joined as people walk: out, and down [A3].
 
         An edge is a door, entrance, exit or storey of stairs. Its `length` (metres) is
-        that of two straight lines, from the middles of both rooms to that of the door.
+        that of straight lines from the middles of its rooms to that of the door, of
+        stairs `paper.stairs_metres`.
         Nobody walks up [A3, chosen]: people leave stairs on the lowest floor only.
         """
         return _ways_of(self, paper.stairs_metres())
@@ -368,7 +369,7 @@ def _ways_of(building: Building, stairs_metres: float) -> nx.MultiDiGraph:
 def _can_leave(here: Area, mark: Landmark) -> bool:
     """Do people leave an area by a landmark?
 
-    By an entrance they leave a room upstairs, and stairs at their foot.
+    By an entrance they leave a room where stairs go down, and stairs where these end.
     """
     return mark.kind is not Kind.ENTRANCE or (here.kind == "room") == mark.leads_out
 

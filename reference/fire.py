@@ -94,12 +94,12 @@ class Spread:
     Every border between two cells has a fixed, seeded delay; a cell burns from the
     earliest time that a chain of delays from any source reaches it, for burn_seconds.
     Borders with a longer delay carry no flames: this is bond percolation. Flames move
-    on every FLAME_SECONDS; a source's own cell, lit between, is seen to burn from then
-    on, a second less than others.
+    on every FLAME_SECONDS. A source is lit just after: its own cell shows flames from
+    the next move on, so a second less long than others.
     """
 
     def __init__(self, building: Building, scenario: Scenario, rng: Rng):
-        """delays: (places, places) s, of each border that flames of `burnable` pass.
+        """delays: (places, places) s, a border each between two cells that can burn.
 
         The last digit of few delays depends on the machine: see `simulation`.
         """

@@ -1,9 +1,10 @@
 """People: Algorithms 1 and 2, what they remember, and how the two modes switch.
 
-`Follower` and `Leader` are the paper's algorithms, to be read
-beside their printed lines; each call is one pass of the outermost loop, whose line 1
-("while not at exit") is the simulation's.  Everything else here is what the algorithms
-leave open: "stuck", "suitable leader", "desired" and the memory, each defined once.
+`Follower` and `Leader` are the paper's algorithms, to be read beside their printed
+lines, as `python -m reference paper` shows them (a scan shifts their numbers and loses
+Alg. 2:16, "else").  Each call is one pass of the outermost loop, whose line 1 ("while
+not at exit") is the simulation's.  Everything else here is what the algorithms leave
+open: "stuck", "suitable leader", "desired" and the memory, each defined once.
 
     me       the Mind that thinks: "input parameters" and memory
     observe  the View: what this human sees now, and nothing else exists here [B3]
@@ -77,7 +78,7 @@ def think(me: Mind, observe: View) -> None:
 
 
 def stuck(me: Mind, observe: View) -> bool:
-    """Has this human made no headway for STUCK_SECONDS, or waits it for that reason?
+    """Has this human made no headway for STUCK_SECONDS, or does it wait since then?
 
     [B5, chosen]
     """
@@ -205,8 +206,8 @@ def follow(me: Mind, leader: int, observe: View) -> Goal:
 def disconnect(me: Mind, observe: View) -> Goal:
     """Let go of a leader out of sight and lead oneself [B5, Alg. 1:11].
 
-    A stuck follower stands still for STUCK_WAIT_SECONDS instead; who stands is not
-    stuck afterwards, and becomes a leader by line 3 [B5, chosen].
+    A stuck follower stands still for STUCK_WAIT_SECONDS instead. Who means to
+    stand is not stuck afterwards, and becomes a leader by line 3 [B5, chosen].
     """
     time = observe.time
     if me.leader != NOBODY:
@@ -257,7 +258,8 @@ def look_again(me: Mind, observe: View) -> Goal:
     ways = {p for p in observe.ground if not observe.burns_towards(p)}
     if me.goal.aim is Aim.DIRECTION and not observe.burns_towards(me.goal.place):
         ways.add(me.goal.place)
-    for place in reversed(me.been):  # the latest first
+    # Drop what was seen last, then what before that, until nothing would be left.
+    for place in reversed(me.been):
         older = ways - observe.seen_on_all_sides(place)
         if not older:
             break
@@ -280,7 +282,7 @@ def remember(me: Mind, observe: View) -> None:
     """
     me.patches |= observe.looked_at
     me.been.pop(observe.place, None)
-    me.been[observe.place] = None
+    me.been[observe.place] = None  # at the end: the newest
     if observe.room != NOWHERE:
         for mark in observe.of_room:
             first_room = me.seen_from.setdefault(mark, observe.room)

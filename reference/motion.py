@@ -30,7 +30,7 @@ Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 class Heading(NamedTuple):
     """What n bodies would do if nobody were in their way."""
 
-    e: np.ndarray  # (n, 2) unit vectors, zero for those who are there
+    e: np.ndarray  # (n, 2) unit vectors, zero exactly at the target
     far: np.ndarray  # (n,) metres to go
     v: np.ndarray  # (n,) m/s
 
@@ -43,7 +43,7 @@ class Pairs(NamedTuple):
     to_j: np.ndarray  # unit vector from i to j
     apart: np.ndarray  # metres between their middles
     least_apart: np.ndarray  # metres that the middles keep apart
-    facing: np.ndarray  # bool, they walk at each other
+    facing: np.ndarray  # bool, headed in opposite directions, maybe past each other
     yields: np.ndarray  # bool, i gives way
 
     def off(self, points: np.ndarray) -> np.ndarray:
@@ -97,7 +97,8 @@ def step(
     pushed = _push(walked, pairs, free)
     moved = _not_into_each_other(position, pushed, pairs, pairs.yields)
 
-    there = heading.far <= paper.ARRIVED_METRES  # who is there may step aside
+    # Who has arrived means to go where neighbours turn them: aside.
+    there = heading.far <= paper.ARRIVED_METRES
     onward = np.where(there[:, None], turned, heading.e)
     advanced = _along(moved - position, onward)
     held_up = (advanced < paper.HELD_UP_SPEED * seconds) & onward.any(axis=1)
@@ -131,7 +132,7 @@ def _pairs(near: np.ndarray, position: np.ndarray, heading: Heading) -> Pairs:
 
     to_j, apart = _directions(position.take(j, 0) - position.take(i, 0))
     facing = _along(heading.e.take(i, 0), heading.e.take(j, 0)) < -TOWARDS
-    facing &= far_i + far_j > apart + paper.body_diameter()  # both walk on past that
+    facing &= far_i + far_j > apart + paper.body_diameter()  # together they go farther
     least_apart = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
     return Pairs(i, j, to_j, apart, least_apart, facing, yields)
 
@@ -243,7 +244,8 @@ def _shuffle(
     meets = np.isin(who, pairs.i[met])
     way = e[who]
     way[meets] = _turned(way[meets], -paper.SHUFFLE_RIGHT)
-    # half of a turn; twice that makes all angles nearly as frequent
+    # Half of a turn, which is made twice: of so short an arc all angles are nearly as
+    # frequent.
     half = paper.SHUFFLE_TURN * rng.uniform(-1, 1, len(who))
     tried = moved.copy()
     tried[who] += stride * _turned(_turned(way, half), half)

@@ -39,7 +39,8 @@ def cells_crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[l
     down = 1 if d_row > 0 else -1
     right = 1 if d_col > 0 else -1
     while (row, col) != (d_row, d_col):
-        # the next border: (2 |row| + 1) / 2 |d_row| along the line; columns likewise
+        # The next border of a row is at (2 |row| + 1) / (2 |d_row|) of the line, that
+        # of a column likewise. The sign of their difference tells which comes first.
         turn = (2 * abs(row) + 1) * abs(d_col) - (2 * abs(col) + 1) * abs(d_row)
         if turn == 0:
             corners.append([(row + down, col), (row, col + right)])
@@ -123,8 +124,9 @@ class Navigation:
     steps     of each floor, (floor_size, floor_size) metres
     clear     StraightLines: can a body walk straight from p to q?
     goals     of each landmark, (k,) places of its cells
-    metres    (landmarks, floor_size) to each from p % floor_size, p on its floor
-    waypoint  (landmarks, floor_size) where to walk straight at on the way there
+    metres    (landmarks, floor_size) from a place p of the landmark's floor to it, at
+              [landmark, p % floor_size]
+    waypoint  likewise: the place to walk straight at on that way
     to_landmarks  (places,) metres to the nearest landmark
     """
 
@@ -246,11 +248,14 @@ class Navigation:
         while chain[-1] != goal:
             chain.append(int(after[chain[-1]]))
         if cost is not None:  # a straight line might graze what the way avoids
-            return chain[1:] or chain
+            return chain[1:] or chain  # the chain is the goal alone
         return [*self.corners(chain), goal]
 
     def corners(self, chain: list[int]) -> list[int]:
-        """The places of a chain between straight walks, which look only so far."""
+        """List the places between a chain's straight walks, without its ends.
+
+        A walk is at most LOOK_AHEAD_METRES long.
+        """
         corners = [chain[0]]
         for here, there in pairwise(chain):
             if not self.clear.reaches(corners[-1], there):
@@ -298,10 +303,11 @@ class Navigation:
         steps = self.steps[floor]
         if price is not None:  # weigh each step by the higher cost of its two ends
             cost = np.frombuffer(price)
-            left = np.repeat(cost, np.diff(steps.indptr))
+            left = np.repeat(cost, np.diff(steps.indptr))  # CSR: a row's entries
             steps = steps.copy()
             steps.data *= np.maximum(left, cost[steps.indices])
         start = floor * self.floor_size
+        # Searched from the goals: what comes before there comes after on the way.
         ends = np.subtract(goals, start)
         d, before, _ = dijkstra(
             steps, indices=ends, min_only=True, return_predecessors=True

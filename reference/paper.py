@@ -152,7 +152,7 @@ BETA = 1649.7  # [F9] the baseline's e', at which E = 1
 
 
 def stairs_seconds() -> float:
-    """Seconds that a mean walker takes for one storey; F8 does not count them [A9]."""
+    """Seconds that a mean walker takes for one storey; Eq. 7 counts none [A9] [F8]."""
     return FLIGHT / STAIRS_SPEED
 
 
@@ -302,8 +302,9 @@ def check_objects(
 
 
 def _check_fit(building: Any, scenario: "Scenario", world: Any) -> None:
-    """Raise InputError for a sight too far for this building, or another clock."""
+    """Raise InputError for a sight too far here, or a world between two ticks."""
     diagonal = hypot(*building.kind.shape[1:])  # nobody sees farther
+    # around each place as many bytes as cells, (2 most + 1)²
     most = (sqrt(MOST_SIGHT_BYTES / building.kind.size) - 1) / 2
     if min(scenario.sight_range, diagonal) > most:
         raise InputError(
@@ -328,7 +329,7 @@ def check_player(player: Any, side: str, where: str = "") -> None:
     needs = f"{where}who plays the {side} has decide(self, {', '.join(given)})"
     try:
         signature(player.decide).bind(*given)
-    except (AttributeError, TypeError, ValueError):  # the last: it is a built-in
+    except (AttributeError, TypeError, ValueError):  # the last of a built-in
         raise InputError(f"{needs}.") from None
     if iscoroutinefunction(player.decide):
         raise InputError(f"{needs}: nobody awaits it, so write no `async`.")
@@ -407,7 +408,7 @@ class Scenario:
     """
 
     people: int = current(lambda: PEOPLE)  # [B8] spread over the floors [F8, chosen]
-    people_per_floor: tuple[int, ...] | None = None  # lowest first; `people` is unread
+    people_per_floor: tuple[int, ...] | None = None  # `people` is not read then
     rooms: tuple[str, ...] = ()  # ids of rooms to start in ("1/hall"); empty: anywhere
     robots_per_floor: int = current(lambda: ROBOTS_PER_FLOOR)  # [C2]
     sources: int = current(lambda: FIRE_SOURCES)  # fires at most [C2]
@@ -417,7 +418,7 @@ class Scenario:
     spread_rate: float = current(lambda: SPREAD_RATE)  # of flames, to a next cell [D7]
     burn_seconds: float = current(lambda: BURN_SECONDS)  # of flames in a cell [D7]
     frames_per_tick: int = current(lambda: FRAMES_PER_TICK)  # of 1/50 s [F8]
-    # rounded to ticks; the fire's decisions follow [D2]
+    # of robots, rounded to ticks; the fire decides at every fifth [D2]
     decision_seconds: float = current(lambda: DECISION_SECONDS)
 
     def __post_init__(self) -> None:

@@ -7,6 +7,9 @@ see through it.  A destroyed door is a hole: rays pass it [A6, chosen].  Entranc
 no leaf, so bodies are seen through them: a robot that Eq. 1 sends into a stairwell
 still leads [A3, C6, chosen].  Neither people nor flames stop a ray [B1, chosen].
 
+Rays find landmarks, and where nobody has looked (`hits`, `ends`).  People and robots
+are seen along the line between the middles of two cells (`sees`), flames in both ways.
+
     p, q   places (see navigation)
     k      number of a ray, counted counter-clockwise from east
 """
@@ -244,7 +247,7 @@ class Sight:
         for d_row, d_col in self._cells_of_ray(k):
             q = p + d_row * self.navigation.cols + d_col
             if not self._clear[q] and self._marks[q] not in holes:
-                wall = self.building.kind.flat[q] != Kind.OUTSIDE
+                wall = self.building.kind.flat[q] != Kind.OUTSIDE  # or a landmark
                 return Ray(passed, stop=q if wall else -1)
             passed.append(q)
         return Ray(passed, stop=-1)

@@ -164,6 +164,7 @@ def look(world: World, sight: Sight, who: np.ndarray) -> list[View]:
 
     facts = (seen.tolist(), place[seen].tolist(), metres.tolist())
     around = list(zip(*facts, strict=True))
+    # lookers are sorted: those around the k-th stand from ends[k] to ends[k + 1]
     ends = looker.searchsorted(np.arange(len(who) + 1)).tolist()
     return [
         see(world, sight, i, around[ends[k] : ends[k + 1]])
@@ -172,7 +173,7 @@ def look(world: World, sight: Sight, who: np.ndarray) -> list[View]:
 
 
 def see(world: World, sight: Sight, i: int, around: Around) -> View:
-    """What one person sees; around: the bodies within the range of sight."""
+    """What one person sees; around: bodies in the square that the range spans."""
     place = int(world.bodies.place[i])
     holes = NO_HOLES
     landmarks = sight.landmarks(place)

@@ -50,7 +50,7 @@ def targets(world: World, who: np.ndarray) -> np.ndarray:
 def free_for(world: World, who: np.ndarray, full: np.ndarray) -> Free:
     """Tell where people may stand: not in walls, full doors, or flames unless reckless.
 
-    full: (landmarks + 1,) bool, the last: no landmark
+    full: (landmarks + 1,) bool; no landmark, -1, reads the last, which is never full
     """
     bodies = world.bodies
     nav = navigation_of(world.building)

@@ -68,7 +68,7 @@ class Bodies:
     fate: np.ndarray  # Fate
     mode: np.ndarray  # Mode, copied from the mind
     landmark: np.ndarray  # landmark headed for, -1: walk straight at `target`
-    target: np.ndarray  # metres; with a landmark one's own place, as `goal`
+    target: np.ndarray  # metres; not read while `landmark` is set, nor is `goal`
     goal: np.ndarray  # metres: where `target` leads in the end
     leader: np.ndarray  # body followed, -1 for nobody
     stairwell: np.ndarray  # the one walked down, -1 when not on stairs
@@ -107,12 +107,12 @@ class Mind:
     leader: int = NOBODY  # body followed
     seen_at: float = 0.0  # s: when the leader was seen last
     seen_place: int = NOWHERE  # and where
-    told: int | None = None  # landmark a robot sent to, NOWHERE: none; None: a human
+    told: int | None = None  # by a robot: a landmark, or NOWHERE, "follow me"
     pause_until: float = 0.0  # s: no new human leader before then
     waits_until: float = 0.0  # s: a stuck follower without leader waits till then
     goal: Goal = STAY  # where it has set off to
     doors: set[int] = field(default_factory=set)  # visited on this floor [B6]
-    seen_from: dict[int, int] = field(default_factory=dict)  # door -> the first room
+    seen_from: dict[int, int] = field(default_factory=dict)  # door -> room, at first
     trail: list[Passed] = field(default_factory=list)  # the way back, newest last
     patches: set[int] = field(default_factory=set)  # of floor explored [B2]
     been: dict[int, None] = field(default_factory=dict)  # places, newest last

@@ -1,7 +1,8 @@
 """Encode what a side observes for its network, and decode the network's actions.
 
 Both are as in the paper.  Decoded actions are decisions in metres, float64; only
-`Environment.step` takes actions from the box [-1, 1].
+`Environment.step` takes actions from the box [-1, 1].  Here and in `learning`, a file
+beside E3, such as torch/utils.py, is one of ML-Agents' package `mlagents.trainers`.
 
     S    moments;  G  agents of a side: all robots, or one fire
     V    numbers a network reads;  K  of its action;  A  of a decision: x, y in metres,
@@ -93,8 +94,10 @@ class PolicyCodec:
     def actions(self, raw: np.ndarray, moments: Sequence[Moment]) -> np.ndarray:
         """Decisions (S, G, A) of a network's actions (S, G, K).
 
+        x and y are clamp(a, -3, 3) / 3, where ±1 are the edges of the main body. The
+        fire's floor, a branch, is last in its action and first in its decision.
+
         moments: for codecs that decide from where a robot stands; not read here
-        clamp(a, -3, 3)/3 of the main body; the fire's floor, a branch, comes first.
         """
         axes = raw[..., :AXES].astype(np.float64)
         axes = axes.clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT

@@ -206,7 +206,10 @@ def _points(worlds: Sequence[World]) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 
 def robots_at_work(world: World) -> np.ndarray:
-    """(R,) bool: is anybody inside on the robot's floor or above it? [C8]"""
+    """(R,) bool: is anybody inside on the robot's floor or above it? [C8]
+
+    Asked now; `Robot.active` is as of the robot's last move.
+    """
     work = [world.anybody_at_or_above(robot.floor) for robot in world.robots]
     return np.array(work, dtype=bool)
 

@@ -4,7 +4,9 @@ The trainers of Tables I and II update when the buffer holds more than `buffer_s
 experiences, use all of it, and empty it.
 
     T  decisions of an episode;  G  agents;  V, K  as in `networks`
-    N  group decisions in the buffer;  a step is one agent's decision
+    N  group decisions in the buffer
+
+A step is one agent's decision, as ML-Agents counts: the environment's are up to G each.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,7 +34,7 @@ class Trajectory:
     agents that time cut off with something left to decide: they are bootstrapped [C8].
     """
 
-    vectors: np.ndarray  # (T + 1, G, V) float32, what each agent observes
+    vectors: np.ndarray  # (T + 1, G, V) float32, what each agent's network reads
     grids: np.ndarray  # (T + 1, channels, height, width) uint8, of all agents [C4]
     alive: np.ndarray  # (T + 1, G) bool, which agents decide
     actions: np.ndarray  # (T, G, K) float32, as an `ActionDistribution` stores them
@@ -112,8 +114,8 @@ def minibatches(
     """Shuffle group decisions into minibatches of about batch_size steps each.
 
     There are as many as there are whole batches of steps; the tail is dropped. A batch
-    smaller than the group still holds one group decision. As decisions are counted
-    whole, batches of a few of them leave out more: six agents' and 16, a quarter.
+    smaller than the group still holds one group decision. These are counted whole: with
+    six agents a batch of 16 steps is 2 decisions, 12 steps, and a quarter is left out.
     """
     steps = int(decisions.alive.sum())
     size = max(1, len(decisions) * batch_size // max(1, steps))

@@ -202,7 +202,8 @@ class ActionDistribution:
     def act(self, noise: Tensor | None = None) -> Tensor:
         """Sample actions (..., C + D) with `noise`; without it, the mean or likeliest.
 
-        noise: (..., C + sum n): standard normal, then Gumbel numbers for each branch.
+        noise: (..., C + sum n): standard normal, then Gumbel numbers for each branch:
+        the option with the highest sum of logit and Gumbel number is a sample of it.
         """
         mean = self.gaussian.mean
         scores = [branch.logits for branch in self.branches]

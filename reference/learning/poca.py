@@ -75,7 +75,7 @@ class GroupCritic(nn.Module):
         super().__init__()
         hidden = settings.hidden_units
         self.encoder = settings.network(Encoder)(sizes, settings)
-        gain = sqrt(0.125 / hidden)
+        gain = sqrt(0.125 / hidden)  # T-Fixup [E3, torch/attention.py]
         size = self.encoder.size
         self.g = nn.Sequential(linear(size, hidden, gain), nn.SiLU())
         self.f = nn.Sequential(linear(size + sizes.continuous, hidden, gain), nn.SiLU())
@@ -128,7 +128,7 @@ class SelfAttention(nn.Module):
 
     def __init__(self, hidden: int):
         super().__init__()
-        deviation = sqrt(0.125 / hidden)
+        deviation = sqrt(0.125 / hidden)  # T-Fixup, too
         self.query = linear(hidden, hidden, deviation)
         self.key = linear(hidden, hidden, deviation)
         self.to_value = linear(hidden, hidden, deviation)

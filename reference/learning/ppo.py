@@ -8,8 +8,7 @@ reads from top to bottom.
     T    decisions;  M  rows of a minibatch;  K  components of an action:
          the fire's are a place's x and y, then its floor [D2]
 
-Where this differs from ML-Agents on purpose is listed at the end of the file.  A file
-beside E3, such as torch/utils.py, is one of its package `mlagents.trainers`.
+Where this differs from ML-Agents on purpose is listed at the end of the file.
 """
 
 from collections import defaultdict

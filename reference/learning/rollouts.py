@@ -139,14 +139,14 @@ class _RunningEpisode:
     def moment(self, side: Side, vectors: np.ndarray) -> Moment:
         """Collect what the side's player needs; vectors: (G, V), what agents observe.
 
-        A robot that has left keeps what it observed last. Called once a step: it
-        remembers what was observed.
+        A robot that has left keeps what it observed last. Called once a decision:
+        it remembers what was observed.
         """
         acting = self.acting(side)
         if side == "robots":
             vectors = np.where(self.there[:, None], vectors, self.seen)
             self.seen = vectors
-            self.there = acting | (self.decisions == 0)  # all are there for a step
+            self.there = acting | (self.decisions == 0)  # all take the first
         return Moment(
             vectors=vectors,
             alive=acting,
@@ -210,7 +210,7 @@ class _RunningEpisode:
         return Trajectory(**arrays)
 
     def _cut_off(self, side: Side) -> np.ndarray | bool:
-        """Has time left them with something to do [C8]? (G,) bool, or one for all."""
+        """Who could still have decided when time was up [C8]? (G,) bool, or bool."""
         world = self.simulation.world
         if side == "robots":
             return robots_at_work(world)

@@ -20,7 +20,7 @@ ATTENTION_HEADS = 4  # [E3, torch/attention.py] `hidden_units` is divided among 
 
 REWARD_SCALE = 0.001
 """[E4, deviation] an episode is worth thousands of health points; scaled returns are of
-order one, as the baseline's clip (epsilon), in units of return, needs."""
+order one. MA-POCA's baseline is clipped by epsilon, 0.2, in units of return."""
 
 
 @dataclass(frozen=True)
@@ -56,5 +56,5 @@ class TrainerSettings:
         return PolicyCodec(side, building, scenario)
 
     def network(self, kind: type[Network]) -> type[Network]:
-        """Return the class of network to build: this one, or a subclass's own."""
+        """Return the class of network to build; subclasses of this return others."""
         return kind
