@@ -176,7 +176,7 @@ class Building:
         return col + 0.5 - self.origin[1], self.origin[0] - (row + 0.5)
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
-        """Row and column of a point's cell; on a border, the one in the east or north."""
+        """Row and column of a point's cell; on a border, the east or north one."""
         row = int(np.ceil(self.origin[0] - y)) - 1
         col = int(np.floor(x + self.origin[1]))
         return row, col
