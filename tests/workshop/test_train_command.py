@@ -312,6 +312,14 @@ def test_refuses_to_resume_as_something_else(run, options, told, capsys):
     assert sorted(path.name for path in run.iterdir()) == before
 
 
+def test_a_training_against_a_network_may_be_resumed_by_the_word_of_it(run, capsys):
+    """What it was begun with may be said again; another fire is refused."""
+    assert train("--fire", run, "--out", "against") == 0
+    assert resumed("against", "--fire", run) == 0
+    assert resumed("against", "--fire", "random") == 2
+    assert "--fire: a resumed run keeps its options" in capsys.readouterr().err
+
+
 def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
     """In which the world may behave otherwise; as a strategy it still plays."""
     (tmp_path / "old").mkdir()

@@ -164,6 +164,9 @@ def _begin_or_resume(arguments: Namespace) -> Any:
     training = starting.resume_training(arguments.out)
     asked = {name: getattr(arguments, name) for name in starting.OPTIONS}
     instead = f"take --initialize-from {arguments.out} into another folder"
+    for side in SIDES:
+        if asked[side] and starting.is_played_by(training.task, side, asked[side]):
+            del asked[side]
     begun = starting.options_of(training.task, arguments.scenario or {})
     refuse_options(asked, begun, instead)
     return training

@@ -2,10 +2,12 @@
 
 import sys
 from argparse import Namespace
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from reference.building import Building, building_of
 from reference.fire import lightable
@@ -195,6 +197,28 @@ def _refuse_other_map(task: Task) -> None:
                 f"{name} has changed since. Give it its old drawing, or begin anew in "
                 "another folder."
             )
+
+
+def is_played_by(task: Task, side: Side, words: Sequence[str]) -> bool:
+    """Are these the words of who has played a side from the training's start on?
+
+    Of networks the weights are compared. Raises as `fixed_player`.
+    """
+    who = task.fixed.get(side, ())
+    building = building_of(task.plan) if task.plan else None
+    asked = [
+        fixed_player(word, side, building, task.settings.scenario) for word in words
+    ]
+    return len(who) == len(asked) and all(map(_are_one, who, asked))
+
+
+def _are_one(one: LearnedNetwork | str, other: LearnedNetwork | str) -> bool:
+    """Are two players the same: by name, or by their weights?"""
+    if isinstance(one, str) or isinstance(other, str):
+        return one == other
+    return one.weights.keys() == other.weights.keys() and all(
+        np.array_equal(one.weights[name], other.weights[name]) for name in one.weights
+    )
 
 
 def options_of(task: Task, stated: Mapping[str, Any]) -> dict[str, Any]:
