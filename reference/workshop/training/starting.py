@@ -7,8 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from reference.building import Building, building_of
 from reference.fire import lightable
 from reference.learning.players import LearnedNetwork
@@ -204,21 +202,11 @@ def is_played_by(task: Task, side: Side, words: Sequence[str]) -> bool:
 
     Of networks the weights are compared. Raises as `fixed_player`.
     """
-    who = task.fixed.get(side, ())
     building = building_of(task.plan) if task.plan else None
-    asked = [
-        fixed_player(word, side, building, task.settings.scenario) for word in words
-    ]
-    return len(who) == len(asked) and all(map(_are_one, who, asked))
-
-
-def _are_one(one: LearnedNetwork | str, other: LearnedNetwork | str) -> bool:
-    """Are two players the same: by name, or by their weights?"""
-    if isinstance(one, str) or isinstance(other, str):
-        return one == other
-    return one.weights.keys() == other.weights.keys() and all(
-        np.array_equal(one.weights[name], other.weights[name]) for name in one.weights
-    )
+    scenario = task.settings.scenario
+    asked = [fixed_player(word, side, building, scenario) for word in words]
+    begun = task.fixed.get(side, ())
+    return checkpoints.player_names(asked) == checkpoints.player_names(begun)
 
 
 def options_of(task: Task, stated: Mapping[str, Any]) -> dict[str, Any]:
