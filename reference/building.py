@@ -71,14 +71,10 @@ class Landmark:
     floor: int
     cells: np.ndarray
     position: tuple[float, float]
+    width: int  # metres, on its narrowest side
     sides: tuple[str, ...]  # ids of the areas beside it, and OUTSIDE of an exit
     stairwell: int  # index of the one it leads into, -1 for none
     leads_out: bool  # is it an exit, or an entrance to stairs that go down?
-
-    @property
-    def width(self) -> int:
-        """Metres."""
-        return len(self.cells)
 
 
 @dataclass(frozen=True)
@@ -242,9 +238,9 @@ class Building:
                 for number, cells in enumerate(found, 1):
                     beside = self._areas_beside(floor, cells)
                     sides = [area.id for area in beside]
-                    if kind is Kind.EXIT:
-                        sides.append(OUTSIDE)
                     leads_out = kind is Kind.EXIT
+                    if leads_out:
+                        sides.append(OUTSIDE)
                     well = -1
                     if kind is Kind.ENTRANCE:
                         letter = next(a.name for a in beside if a.kind == "stairwell")
@@ -257,6 +253,7 @@ class Building:
                         floor=floor,
                         cells=cells,
                         position=self._middle(cells),
+                        width=min([len(cells), *beside.values()]),
                         sides=tuple(sides),
                         stairwell=well,
                         leads_out=leads_out,
@@ -267,22 +264,27 @@ class Building:
     def _passages(self, floor: int) -> dict[Kind, list[np.ndarray]]:
         """Find the cells of each passage of a floor, by kind, in reading order."""
         signs = self.signs[floor]
-        doors: list[np.ndarray] = []
-        entrances: list[np.ndarray] = []
+        found = {
+            Kind.DOOR: [],
+            Kind.ENTRANCE: [],
+            Kind.EXIT: connected_parts(signs == "E"),
+        }
         for cells in connected_parts(signs == "+"):
             kinds = [area.kind for area in self._areas_beside(floor, cells)]
-            found = entrances if "stairwell" in kinds else doors
-            found.append(cells)
-        exits = connected_parts(signs == "E")
-        return {Kind.DOOR: doors, Kind.ENTRANCE: entrances, Kind.EXIT: exits}
+            kind = Kind.ENTRANCE if "stairwell" in kinds else Kind.DOOR
+            found[kind].append(cells)
+        return found
 
-    def _areas_beside(self, floor: int, cells: np.ndarray) -> list[Area]:
-        """The areas that share a side with any of these cells, in reading order."""
-        mask = np.zeros(self.signs.shape[1:], dtype=bool)
+    def _areas_beside(self, floor: int, cells: np.ndarray) -> dict[Area, int]:
+        """The areas that share a side with these cells, each with how many of its own.
+
+        In a thick wall cells of one door stand behind each other.
+        """
+        mask = np.zeros_like(self.signs[floor], dtype=bool)
         mask[*cells.T] = True
-        around = ndimage.binary_dilation(mask)
-        beside = np.unique(self.area[floor, around]).tolist()
-        return [self.areas[index] for index in beside if index >= 0]
+        around = self.area[floor, ndimage.binary_dilation(mask)]
+        counts = np.bincount(around[around >= 0]).tolist()
+        return {self.areas[i]: count for i, count in enumerate(counts) if count}
 
     def _find_stairwells(self, shafts: dict[str, list[Area]]) -> tuple[Stairwell, ...]:
         """Join each stairwell's storeys and the entrances that lead into them."""

@@ -98,6 +98,21 @@ def test_adjacent_cells_are_one_landmark_as_wide_as_they_are_many(house):
 
 
 @pytest.mark.paper("A2")
+def test_a_door_in_a_thick_wall_is_no_wider_for_its_depth():
+    """Two cells behind each other are one metre; so it is with an exit."""
+    thick = """building: Thick
+size: 12 x 4
+floor 1: ground
+############
+#...++....EE
+#...++....##
+############"""
+    door, exit_ = load(thick).landmarks
+    assert (len(door.cells), door.width) == (4, 2)
+    assert (len(exit_.cells), exit_.width) == (2, 1)
+
+
+@pytest.mark.paper("A2")
 def test_two_doors_that_only_share_a_corner_are_two():
     """Each joins the same two rooms."""
     one, other = built(TWO_DOORS).landmarks[:2]

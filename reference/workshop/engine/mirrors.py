@@ -51,7 +51,6 @@ ASKED: dict[str, str] = {
     "navigation.Navigation.places_of": "in the tables",
     "rays.Sight._cells_of_ray": "in the tables",
     "rays.direction": "in the tables",
-    "building.Landmark.width": "in the tables",
     "building.Stairwell.lowest": "in the tables",
     "paper.body_diameter": "a number, read when a run begins",
     "paper.stairs_metres": "a number, read when a run begins",
