@@ -71,15 +71,15 @@ class _Parser(ArgumentParser):
 
 def _arguments(argv: Sequence[str] | None) -> Namespace:
     """Read the command line; say how a map is named, if one can be."""
-    top = _Parser(prog="python -m reference", formatter_class=Formatter)
+    look: Any = {"formatter_class": Formatter, "allow_abbrev": False}
+    top = _Parser(prog="python -m reference", **look)
     _describe(top, first_look)
     version = f"fire-rescue-reference {reference.__version__}"
     top.add_argument("--version", action="version", version=version)
 
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
     for name, command in COMMANDS.items():
-        summary = command.run.__doc__
-        parser = commands.add_parser(name, help=summary, formatter_class=Formatter)
+        parser = commands.add_parser(name, help=command.run.__doc__, **look)
         _describe(parser, command)
 
     words = sys.argv[1:] if argv is None else argv
@@ -91,7 +91,8 @@ def _arguments(argv: Sequence[str] | None) -> Namespace:
         top.error(f"{words[0]}: write options behind the command")
     if unknown:
         hint = "a map is named by --building; " if "building" in arguments else ""
-        top.error(f"unrecognized arguments: {' '.join(unknown)}; {hint}see --help")
+        asked = commands.choices.get(words[0], top)
+        asked.error(f"unrecognized arguments: {' '.join(unknown)}; {hint}see --help")
     return arguments
 
 

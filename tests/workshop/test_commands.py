@@ -80,6 +80,7 @@ def test_check_counts_what_is_in_a_map_that_is_fine(shed, capsys):
     assert main(["check", shed, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["title"], facts["rooms"], facts["exits"]) == ("Shed", [2], 1)
+    assert facts["file"] == shed
 
 
 CORNER = """building: Corner
@@ -199,7 +200,7 @@ def test_check_tells_people_and_programs_what_is_wrong(shed, tmp_path, capsys):
     """All mistakes of a stage, each with its place; the JSON stands beside the page."""
     (tmp_path / "shed.txt").write_text(SHED.replace("+", "|"))
     status, page = refusal(capsys, "check", shed)
-    mistake = {"line": 7, "column": 5, "hint": "Type '#' instead."}
+    mistake = {"line": 7, "column": 5, "hint": "Type '#' instead.", "more": 0}
     mistake["message"] = "'|' has no meaning in a drawing"
     assert status == 1 and page.startswith(f"{shed}:7:5: {mistake['message']}\n")
     assert main(["check", shed, "--json"]) == 1
@@ -287,6 +288,14 @@ def test_evacuate_prints_one_object_with_means_over_episodes(capsys):
     assert [run["seed"] for run in facts["runs"]] == [5, 6, 7]
     assert facts["reward"] == pytest.approx(sum(r["reward"] for r in facts["runs"]) / 3)
     assert facts["runs"][2]["reward"] == alone["reward"]
+
+
+def test_numbers_in_json_are_as_long_as_in_tables(capsys):
+    """A sum of ticks of 0.2 s has no more than its digits; nothing else is changed."""
+    facts = evacuated(capsys, "--seed", "5")
+    numbers = [value for value in facts.values() if isinstance(value, float)]
+    assert numbers
+    assert all(value == round(value, 6) for value in numbers)
 
 
 def test_evacuate_prints_a_table_for_people(capsys):
@@ -551,6 +560,20 @@ def test_the_help_says_what_surprises(command, said, capsys):
     assert said in " ".join(capsys.readouterr().out.split())
 
 
+def test_the_help_names_all_that_a_checked_map_has_in_json(shed, capsys):
+    """Of one that is fine, and of one with mistakes."""
+    assert main(["check", shed, "--json"]) == 0
+    names = {*json.loads(capsys.readouterr().out)}
+    Path(shed).write_text(SHED.replace("E", "#"))
+    assert main(["check", shed, "--json"]) == 1
+    mistaken = json.loads(capsys.readouterr().out)
+    names |= {*mistaken}
+    with pytest.raises(SystemExit):
+        main(["check", "--help"])
+    listed = capsys.readouterr().out.partition("--json ")[2]
+    assert names == {*re.findall(r"\w+", listed)} & names
+
+
 # -- Refusals -----------------------------------------------------------------------
 
 
@@ -592,7 +615,7 @@ def test_people_are_limited_in_one_wording(capsys):
         ("floors --new --size 3x3", 2, "'3x3' is not WIDTHxHEIGHT, both from 6 to 180"),
         ("floors --new --size big", 2, "'big' is not WIDTHxHEIGHT"),
         ("floors --new --floors 0", 2, "'0': it must be a whole number from 1 to 30"),
-        ("floors --new --size 180x180 --floors 9", 1, "Take at most 100,000 cells"),
+        ("floors --new --size 180x180 --floors 9", 2, "Take at most 100,000 cells"),
         ("floors --size 20x20 --seed 1", 2, "--seed, --size: add --new."),
         ("floors tiny --new", 2, "a new building has no name"),
         ("draw tiny -o /dev/null/tiny.png", 1, "Name a file in a folder that is yours"),
@@ -607,6 +630,10 @@ def test_people_are_limited_in_one_wording(capsys):
         ("evacuate --record rec --density ./rec/f.png", 2, "Name another place"),
         ("evacuate tiny", 2, "unrecognized arguments: tiny; a map is named by --bui"),
         ("paper tiny", 2, "unrecognized arguments: tiny; see --help"),
+        ("check tiny --seed 3", 2, "reference check: unrecognized arguments: --seed 3"),
+        ("check tiny --jso", 2, "unrecognized arguments: --jso"),
+        ("train --building random:0", 2, "write random:N, with N from 1"),
+        ("train --building random tiny", 2, "random stands alone"),
         ("--animate run.gif evacuate", 2, "--animate: write options behind the com"),
         ("--animate run.gif check tiny", 2, "--animate: write options behind the c"),
         ("--seed 7 check tiny", 2, "--seed: write options behind the command"),

@@ -43,7 +43,13 @@ FIX = options.flag(
 )
 
 
-@options.command("check paper", options.MAP_FILE, WATCH, FIX, options.JSON)
+CHECK_JSON = options.json(
+    "file, title, floors, rooms, doors, exits, stairwells; or file and mistakes; with "
+    "--fix written and changes, too"
+)
+
+
+@options.command("check paper", options.MAP_FILE, WATCH, FIX, CHECK_JSON)
 def check(arguments: Namespace) -> None:
     """Says that a map is fine and what is in it, or explains its mistakes."""
     if arguments.fix and arguments.watch:
@@ -65,7 +71,7 @@ def _check(arguments: Namespace) -> None:
         raise _with_next(error, "check", arguments.file, flag) from None
 
     text, facts = _counted(building)
-    print_report(arguments, facts, text)
+    print_report(arguments, {"file": arguments.file, **facts}, text)
     if not arguments.watch:
         _say_next(arguments.file)
 
@@ -92,7 +98,13 @@ def _with_next(error: Exception, *words: object) -> InputError:
 def _listed(mistakes: Sequence[Mistake]) -> list[dict[str, Any]]:
     """List mistakes for programs."""
     return [
-        {"line": m.line, "column": m.column, "message": m.what, "hint": m.hint}
+        {
+            "line": m.line,
+            "column": m.column,
+            "message": m.what,
+            "hint": m.hint,
+            "more": m.more,  # places with the same mistake
+        }
         for m in mistakes
     ]
 
@@ -266,7 +278,11 @@ def floors(arguments: Namespace) -> None:
     if arguments.new:
         width, height = arguments.size or (40, 40)
         seed = arguments.seed or 0
-        print(generated_text(seed, width, height, arguments.floors or 3), end="")
+        try:
+            text = generated_text(seed, width, height, arguments.floors or 3)
+        except InputError as error:  # too many floors of that size
+            raise ContradictionError(str(error)) from None
+        print(text, end="")
     elif arguments.name is not None:
         print(read_text(find_map(arguments.name)), end="")
     else:

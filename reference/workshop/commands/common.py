@@ -14,6 +14,7 @@ from typing import Any
 
 from reference.paper import InputError
 from reference.workshop.comparing.results import align_columns
+from reference.workshop.comparing.runs import DECIMALS_WRITTEN
 from reference.workshop.storage.files import message_of
 from reference.workshop.storage.runs import LOCK_FILE, ContradictionError, locked
 from reference.workshop.storage.workers import cluster, workers
@@ -62,7 +63,16 @@ def _drop_unprinted() -> None:
 
 def print_report(arguments: Namespace, report: dict[Any, Any], text: str) -> None:
     """Print a report as JSON where that is asked for, else as text."""
-    print(json.dumps(report) if arguments.json else text)
+    print(json.dumps(_rounded(report)) if arguments.json else text)
+
+
+def _rounded(value: Any) -> Any:
+    """A report with its numbers as long as those in tables of runs."""
+    if isinstance(value, dict):
+        return {name: _rounded(each) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(each) for each in value]
+    return round(value, DECIMALS_WRITTEN) if isinstance(value, float) else value
 
 
 def print_note(words: str) -> None:

@@ -59,7 +59,7 @@ MEAN_OUT = {FILMED[0]: 28.9, FILMED[1]: 37.5, LEARNED_TOO: 37.5}
     "--seed 7 --animate film.gif",
     options.output("--animate", options.FILMS, "the film", FILM_FILE),
     options.seed("one that shows the difference early"),
-    options.JSON,
+    options.json("seed", "runs"),
 )
 def first_look(arguments: Namespace) -> None:
     """Plays one seed without guides, with guides, and with robots that learned."""
@@ -152,7 +152,7 @@ def _play_one_seed(
     return evaluation.arena, _play_episode(evaluation, pairs, seed, film)
 
 
-@options.command("strategies", options.JSON)
+@options.command("strategies", options.json("robots", "fire"))
 def strategies(arguments: Namespace) -> None:
     """Says in a line each what every robot strategy and every fire does."""
     print_report(arguments, DESCRIPTIONS, options.list_players().strip())
@@ -184,7 +184,7 @@ def strategies(arguments: Namespace) -> None:
         ".mp4 needs ffmpeg",
     ),
     options.SEED,
-    options.JSON,
+    options.json(*PLAYED, "all figures of the table", "runs; of several, pairs"),
     end=options.list_players() + "\n" + list_keys(),
 )
 def evacuate(arguments: Namespace) -> None:

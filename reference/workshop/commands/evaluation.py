@@ -64,7 +64,7 @@ ONE_RUN = "one run of each match; several have intervals: --episodes"
         metavar="S",
     ),
     options.SEED,
-    options.JSON,
+    options.json("what was asked for", "ruler", "baseline", "cells (the table)"),
     end=options.list_players() + "\n" + list_keys(),
 )
 def evaluate(arguments: Namespace) -> None:

@@ -26,7 +26,7 @@ PAGE = "page.md"
     ),
     options.folder("--out", "default: out/NAME for NAME.toml"),
     options.flag("--resume", "go on in DIR; what changed in the file is made anew"),
-    options.JSON,
+    options.json("building", "scenario", "answer", "cells (the table)"),
 )
 def experiment(arguments: Namespace) -> None:
     """Trains all variants in a file, tests them, and writes a page about it."""

@@ -33,7 +33,7 @@ LASTS = "all cases take half a minute, more on a busy machine; --only names some
     ),
     options.output("-o --output", options.PICTURES, "draw the fundamental diagram"),
     options.SEED,
-    options.JSON,
+    options.json("seed", "cases", "not_modelled"),
 )
 def validate(arguments: Namespace) -> None:
     """Measures standard pedestrian cases; exit status 0 also where a case fails."""
@@ -85,7 +85,12 @@ def wrapped(head: str, *lines: str) -> str:
     return "\n".join([*parts, *(fill(line, width, **look) for line in lines)])
 
 
-@options.command("bench --json", options.building("paper"), options.SEED, options.JSON)
+@options.command(
+    "bench --json",
+    options.building("paper"),
+    options.SEED,
+    options.json("the table: what, of what, then book and engine"),
+)
 def bench(arguments: Namespace) -> None:
     """Measures speed: what is simulated, decided and learned from in a second."""
     from reference.workshop.measuring import bench  # loads torch

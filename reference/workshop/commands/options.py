@@ -67,11 +67,14 @@ def folder(name: str, note: str, **told: Any) -> Option:
     return option(name, note, type=Path, metavar="DIR", **told)
 
 
+MANY = 10**6  # a bound that nobody need be told
 LARGEST_SEED = 2**53  # the largest whole number that every reader of JSON keeps exact
 
 
-def number(name: str, least: int, note: str, most: int = 10**6, **told: Any) -> Option:
+def number(name: str, least: int, note: str, most: int = MANY, **told: Any) -> Option:
     """Declare an option that takes a whole number in these bounds."""
+    if most < MANY:
+        note = f"{least:,} to {most:,}; {note}"
     return option(name, note, type=whole(least, most), metavar="N", **told)
 
 
@@ -213,8 +216,7 @@ LEAST_PEOPLE, MOST_PEOPLE = map(int, paper.limits()["people"][:2])
 PEOPLE_OPTION = number(
     "--people",
     LEAST_PEOPLE,
-    f"{LEAST_PEOPLE:,} to {MOST_PEOPLE:,}; default: the checkpoints', else "
-    f"{paper.PEOPLE}",
+    f"default: the checkpoints', else {paper.PEOPLE}",
     most=MOST_PEOPLE,
 )
 SAMPLE = flag(
@@ -238,4 +240,8 @@ def seed(default: str = "0") -> Option:
 
 
 SEED = seed()
-JSON = flag("--json", "print one JSON object")
+
+
+def json(*names: str) -> Option:
+    """Declare --json; names: of what its object has, in words where they differ."""
+    return flag("--json", f"print one JSON object: {', '.join(names)}")

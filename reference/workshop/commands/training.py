@@ -91,7 +91,7 @@ NO_LEVELS = "No lines of none and escort to compare with"
     options.folder("--out", "default: out/train", default=Path("out/train")),
     options.flag("--resume", "go on with the training in DIR, as it was begun"),
     options.SEED,
-    options.JSON,
+    options.json("all figures of the table", "checkpoint", "summaries"),
     end=list_keys(),
 )
 def train(arguments: Namespace) -> None:

@@ -13,11 +13,11 @@ import numpy as np
 
 from reference.building import Building, Kind, building_of
 from reference.learning.rollouts import Job
-from reference.paper import InputError
 from reference.workshop import maps
 from reference.workshop.anchors.known_ways import known_ways_of
 from reference.workshop.engine import engine_is_ready
 from reference.workshop.maps.generated import generated_text
+from reference.workshop.storage.runs import ContradictionError
 from reference.workshop.strategies.observed import known_map_of
 
 HEADS_OF_SEVERAL = ("set",)
@@ -104,15 +104,17 @@ def family_of(words: Sequence[str], stated: Mapping[str, Any]) -> Family | None:
         if len(words) == 1:
             return None
         if len({*words}) < len(words):
-            raise InputError("--building: a map is named twice. Name it once.")
+            raise ContradictionError("--building: a map is named twice. Name it once.")
         plans = [maps.plan_of(map_named(word)) for word in words]
         return Family(tuple(words), tuple(plans))
 
     if len(words) > 1:
-        raise InputError(f"--building: {random} stands alone. Leave the others out.")
+        raise ContradictionError(
+            f"--building: {random} stands alone. Leave the others out."
+        )
     lost = stated.keys() & {"rooms", "people_per_floor"}
     if lost:
-        raise InputError(
+        raise ContradictionError(
             f"--building {random}: {min(lost)} is of one building. Leave it out, or "
             "take people."
         )
@@ -136,7 +138,7 @@ def _number(word: str) -> int:
     if not colon:
         return 0
     if not digits.isdecimal() or not 1 <= int(digits) <= MOST_BUILDINGS:
-        raise InputError(
+        raise ContradictionError(
             f"--building {word}: write {RANDOM}:N, with N from 1 to {MOST_BUILDINGS:,}."
         )
     return int(digits)
