@@ -2,9 +2,9 @@
 # What attention over a set makes of a set of which nobody is left depends on the mode.
 #
 # Seen with torch 2.13.0, `nn.MultiheadAttention` with a key_padding_mask that masks all
-# keys of a row (a team whose members have all left): in training mode the output is
-# zeros plus the output bias, in evaluation mode, by the fast path, or with
-# need_weights=True, it is nan; with need_weights=True nan reaches every gradient.
+# keys of a row (a team whose members have all left): in training mode the output has
+# no nan; in evaluation mode, by the fast path, or in training with need_weights=True,
+# it has, and there nan reaches the gradient of the weights.
 # `scaled_dot_product_attention` with a bool mask returns zeros and finite gradients.
 # So a critic that learned without trouble can answer nan when it is evaluated.
 #

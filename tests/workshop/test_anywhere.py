@@ -395,7 +395,7 @@ def test_refuses_to_ship_a_network_with_a_building_in_it_for_any_map(own):
     made = shipping["shipped_anywhere"](sets, sets)
     assert made.task.fixed["robots"][0].settings.head == "set"
     for robots, fire in ((sets, mixture), (mixture, sets)):
-        with pytest.raises(InputError, match="knows one building"):
+        with pytest.raises(InputError, match="is of one building"):
             shipping["shipped_anywhere"](robots, fire)
 
 

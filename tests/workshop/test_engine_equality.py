@@ -226,16 +226,40 @@ def test_minds_and_arrays_that_somebody_holds_stay_current() -> None:
     assert unlike(book, other) == ""
 
 
+MATTERS: dict[str, tuple[float, dict[str, Any]]] = {
+    "NO_HEALTH": (95.0, {}),
+    "STUCK_SECONDS": (0.4, {}),
+    "RECKLESS_SECONDS": (0.4, {}),
+    "STUCK_WAIT_SECONDS": (0.2, {}),
+    "MOST_FOLLOWERS": (1, {"people": 60}),
+    "GOAL_HYSTERESIS": (0.0, {"building": "paper", "robots": "none", "people": 60}),
+    "SHOULDER_METRES": (0.4, {"people": 150}),
+    "IDLE_SPEED": (0.5, {}),
+    "PUSH_ROUNDS": (1, {"people": 150}),
+    "DOORWAY_METRES": (6.0, {}),
+    "FIRE_EVERY_DECISIONS": (1, {"decision_seconds": 1.0}),
+}
+"""To what a number is changed, and in what runs, where less changes nothing soon."""
+
+
 @pytest.mark.parametrize("name", [*OF_PAPER, *INDIRECT])
 def test_a_number_changed_during_a_run_is_heard_as_in_the_book(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Every number of `paper` that the engine takes over."""
-    book, other = both(fire="busiest", spread_rate=0.5, people=30)
+    """Every number of `paper` that the engine takes over, and it changes the run."""
+    if name in ("RECKLESS_SECONDS", "STUCK_WAIT_SECONDS"):  # few people are stuck
+        monkeypatch.setattr(paper, "STUCK_SECONDS", 0.6)
+    old = getattr(paper, name)
+    less = old + 1 if isinstance(old, int) else 0.7 * old
+    new, said = MATTERS.get(name, (less, {}))
+    book, other = both(**{"fire": "busiest", "spread_rate": 0.5, "people": 30, **said})
     assert same_after(book, other, 10) == ""
-    now = getattr(paper, name)
-    monkeypatch.setattr(paper, name, now + 1 if isinstance(now, int) else 0.7 * now)
-    assert same_after(book, other, 60) == ""
+    unchanged = book.copy()
+    for _ in range(100):
+        unchanged.step()
+    monkeypatch.setattr(paper, name, new)
+    assert same_after(book, other, 100) == ""
+    assert unlike(book, unchanged) != ""
 
 
 # -- Copies, pickles, turns ---------------------------------------------------------

@@ -18,7 +18,11 @@ from collections.abc import Sequence
 from statistics import median
 from time import process_time
 
-import jupedsim
+try:
+    import jupedsim
+except ImportError:
+    install = "pip install 'jupedsim==1.4.*'"
+    raise SystemExit(f"This needs JuPedSim: {install}") from None
 from shapely import Polygon, box, union_all
 
 from reference import paper

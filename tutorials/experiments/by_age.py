@@ -111,7 +111,7 @@ def main():
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("training", type=Path, help="the folder of a league")
     parser.add_argument("--tenths", type=whole(1), default=10, help="how many ages")
-    parser.add_argument("--episodes", type=whole(1), default=30, help="of each match")
+    parser.add_argument("--episodes", type=whole(2), default=30, help="of each match")
     parser.add_argument("--workers", type=whole(0), default=2)
     parser.add_argument("--seed", type=whole(0), default=5000, help="of the film")
     asked = parser.parse_args()

@@ -158,7 +158,7 @@ def evaluated(training, episodes, executor):
 def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("trainings", nargs="+", type=Path, help="folders, or tables")
-    parser.add_argument("--episodes", type=whole(1), default=100, help="of each match")
+    parser.add_argument("--episodes", type=whole(2), default=100, help="of each match")
     parser.add_argument("--workers", type=whole(0), default=2)
     parser.add_argument("--picture", type=Path, help="instead of in DIR/from_nothing")
     asked = parser.parse_args()

@@ -44,7 +44,7 @@ def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("fire", metavar="FIRE")
     parser.add_argument("--robots", default="observer", metavar="S")
-    parser.add_argument("--episodes", type=whole(1), default=60, metavar="N")
+    parser.add_argument("--episodes", type=whole(2), default=60, metavar="N")
     parser.add_argument("--seed", type=whole(0), default=80_000, metavar="N")
     asked = parser.parse_args()
     robots = strategy_named(asked.robots, "robots")

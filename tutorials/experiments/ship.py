@@ -68,7 +68,7 @@ def shipped_anywhere(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
     """Combine as `shipped` does; InputError for a network with a building in it."""
     for policy in (LearnedRobots(robots), LearnedFire(fire)):
         if not policy.anywhere:
-            raise InputError(f"its {policy.side} knows one building: train --head set")
+            raise InputError(f"its {policy.side} is of one building: train --head set")
     return shipped(robots, fire)
 
 

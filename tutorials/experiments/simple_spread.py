@@ -9,6 +9,7 @@ update takes in 40 episodes of 25 steps. Thin lines are seeds, thick ones their 
 
 import sys
 from argparse import ArgumentParser
+from importlib.util import find_spec
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -43,6 +44,8 @@ if __name__ == "__main__":
     picture = TUTORIALS / "pictures" / "simple_spread.png"
     parser.add_argument("-o", default=picture, metavar="FILE")
     asked = parser.parse_args()
+    if find_spec("mpe2") is None:
+        sys.exit("This needs mpe2: .venv/bin/pip install mpe2 pygame")
     found = main("mpe2.simple_spread_v3", asked.updates)
     for name, runs in found.items():
         print(name, "in the last ten updates:", runs[:, -10:].mean(dim=1).tolist())

@@ -350,7 +350,8 @@ def picture(rows):
     """
     first = rows[0]
     building = load(first.building)
-    fires = [fire for fire in FIRES if any(row.fire == fire for row in rows)]
+    played = {row.fire for row in rows}
+    fires = [fire for fire in FIRES if fire in played] + sorted(played - {*FIRES})
     better = sum(map(believed_in, rows))
     title = (
         f"{first.base}: at {better} of {len(rows)} decisions a better choice is found, "

@@ -125,7 +125,7 @@ def saved_by(name, fire, seeds):
 
 def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--episodes", type=whole(1), default=60, metavar="N")
+    parser.add_argument("--episodes", type=whole(2), default=60, metavar="N")
     parser.add_argument("--seed", type=whole(0), default=70_000, metavar="N")
     parser.add_argument("--workers", type=whole(0), default=2, metavar="N")
     parser.add_argument("--fire", nargs="+", default=UNDER, metavar="S")

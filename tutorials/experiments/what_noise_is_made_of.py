@@ -22,6 +22,7 @@ from functools import partial
 import numpy as np
 
 from reference import Scenario, Simulation, load
+from reference.paper import InputError
 from reference.workshop.commands.common import exit_status
 from reference.workshop.commands.options import whole
 from reference.workshop.comparing.intervals import interval_of_mean
@@ -185,10 +186,12 @@ def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("robots", metavar="S", help="learned, or a training's folder")
     parser.add_argument("--fire", nargs="+", default=["busiest", "closer"], metavar="S")
-    parser.add_argument("--decisions", type=whole(1), default=100, metavar="N")
+    parser.add_argument("--decisions", type=whole(2), default=100, metavar="N")
     parser.add_argument("--seed", type=whole(0), default=120_000, metavar="N")
     parser.add_argument("--workers", type=whole(0), default=2, metavar="N")
     asked = parser.parse_args()
+    if not hasattr(strategy_named(asked.robots, "robots"), "player"):
+        raise InputError(f"{asked.robots}: no network plays it. Name a training.")
     make_ready()
     seeds = range(asked.seed, asked.seed + asked.decisions)
     with workers(asked.workers) as pool:

@@ -96,6 +96,8 @@ def main():
     parser.add_argument("--seed", type=whole(0), default=7000, metavar="N")
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.episodes)
+    for team in asked.teams:  # an unknown one is refused before anything is played
+        strategy_named(team, "robots")
     for name, words in DEEDS.items():
         print(f"{name:>12}  {words}")
     columns = " ".join(f"{name:>12}" for name in DEEDS)

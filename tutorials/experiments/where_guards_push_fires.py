@@ -119,7 +119,7 @@ def picture(places, points):
 
 def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--episodes", type=whole(1), default=100, metavar="N")
+    parser.add_argument("--episodes", type=whole(2), default=100, metavar="N")
     parser.add_argument("--seed", type=whole(0), default=80_000, metavar="N")
     parser.add_argument("--workers", type=whole(0), default=2, metavar="N")
     parser.add_argument("--picture", metavar="FILE")

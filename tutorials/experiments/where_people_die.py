@@ -122,6 +122,8 @@ def main():
     parser.add_argument("--seed", type=whole(0), default=5000, metavar="N")
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.episodes)
+    for team in asked.teams:  # an unknown one is refused before anything is played
+        strategy_named(team, "robots")
     for team in asked.teams:
         tell(team, evacuations(team, asked.fire, seeds))
 

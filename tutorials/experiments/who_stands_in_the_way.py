@@ -119,7 +119,7 @@ def _add_shares(axes, spots, episodes, **look):
 def main():
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("robots", nargs="+", help="strategies, or folders of trainings")
-    parser.add_argument("--episodes", type=whole(1), default=100, metavar="N")
+    parser.add_argument("--episodes", type=whole(2), default=100, metavar="N")
     parser.add_argument("--seed", type=whole(0), default=5000, metavar="N")
     parser.add_argument("--workers", type=whole(0), default=2, metavar="N")
     parser.add_argument("--picture", type=Path, metavar="FILE")

@@ -85,7 +85,7 @@ def main():
     parser.add_argument("team", metavar="TEAM")
     parser.add_argument("--other", default="observer", metavar="S")
     parser.add_argument("--fire", default="random", metavar="S")
-    parser.add_argument("--episodes", type=whole(1), default=100, metavar="N")
+    parser.add_argument("--episodes", type=whole(2), default=100, metavar="N")
     parser.add_argument("--seed", type=whole(0), default=30_000, metavar="N")
     asked = parser.parse_args()
     before, differ = advised(asked, None)

@@ -162,7 +162,7 @@ def _first_decision(cache: str) -> float:
     environment = os.environ | {"XDG_CACHE_HOME": cache, "PYTHONPATH": package}
     command = [sys.executable, "-c", FIRST_DECISION]
     done = subprocess.run(
-        command, env=environment, check=True, capture_output=True, text=True
+        command, env=environment, check=True, stdout=subprocess.PIPE, text=True
     )
     return float(done.stdout.split()[-1])
 
