@@ -171,18 +171,41 @@ def _rimmed(building: Building, floor: Floor) -> np.ndarray:
 def _gates(building: Building, floor: Floor) -> Iterator[Mistake]:
     """Find doors, entrances and exits that join nothing, or the wrong things."""
     outside = ndimage.binary_dilation(_rimmed(building, floor) == " ")[1:-1, 1:-1]
+    find_gaps = cache(partial(_gaps, building.signs[floor.index]))
     for gate in building.landmarks:
-        if gate.floor == floor.index:
-            leads_outside = bool(outside[*gate.cells.T].any())
-            wrong = _wrong(building, gate, leads_outside)
-            if wrong:
-                sign = _instead(building, gate, wrong)
-                edits = floor.typed(sign, gate.cells)
-                kind = f"{wrong}-wall" if (wrong, sign) in _WALLS_FIRST else wrong
-                yield floor.mistake(kind, gate.cells[0], edits=edits)
+        if gate.floor != floor.index:
+            continue
+        leads_outside = bool(outside[*gate.cells.T].any())
+        wrong = _wrong(building, gate, leads_outside)
+        gap = None
+        if wrong == "door-nowhere" and len(gate.sides) == 1:
+            gap = _gap_beside(gate, *find_gaps())
+        if gap:
+            edits = floor.typed("#", [gap])
+            place = _place(floor, np.array(gap))
+            yield floor.mistake("door-gap", gate.cells[0], edits=edits, place=place)
+        elif wrong:
+            sign = _instead(building, gate, wrong)
+            edits = floor.typed(sign, gate.cells)
+            kind = f"{wrong}-wall" if (wrong, sign) in _WALLS_FIRST else wrong
+            yield floor.mistake(kind, gate.cells[0], edits=edits, plain=sign)
 
 
-_WALLS_FIRST = [("door-outside", "#"), ("exit-indoors", "#")]
+_WALLS_FIRST = [("door-outside", "#"), ("exit-indoors", "#"), ("exit-indoors", ".")]
+
+
+def _gap_beside(gate: Landmark, parts: np.ndarray, gaps: Gaps) -> Any:
+    """The gap that joins what lies on opposite sides of a door; None if there is none.
+
+    parts, gaps: see `_gaps`
+    """
+    for row, column in gate.cells.tolist():
+        for down, right in ((1, 0), (0, 1)):
+            one = int(parts[row - down, column - right])
+            other = int(parts[row + down, column + right])
+            if gaps.get((one, other)):
+                return gaps[one, other]
+    return None
 
 
 def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
@@ -198,13 +221,29 @@ def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
 
 
 def _instead(building: Building, gate: Landmark, wrong: str) -> str:
-    """What to type for a gate that is wrong: another gate, if it is one, or a wall."""
+    """What to type for a gate that is wrong: another gate, if it is one; else a wall.
+
+    In the open it is floor.
+    """
     kinds = _kinds_beside(building, gate)
     if wrong == "exit-indoors" and "room" in kinds and len(kinds) == 2:
         return "+"
     if wrong == "door-outside" and kinds == ["room"] and gate.floor == 0:
         return "E"
-    return "#"
+    indoors = wrong in ("door-nowhere", "exit-indoors")
+    return "." if indoors and _is_in_the_open(building, gate) else "#"
+
+
+def _is_in_the_open(building: Building, gate: Landmark) -> bool:
+    """Whether a gate has one room around it, and no wall at two opposite sides."""
+    low = gate.cells.min(axis=0)
+    high = gate.cells.max(axis=0)
+    here = building.area[gate.floor][low[0] - 1 : high[0] + 2, low[1] - 1 : high[1] + 2]
+    rooms = np.unique(here[here >= 0])
+    above, below = (here[row, 1:-1] < 0 for row in (0, -1))
+    left, right = (here[1:-1, column] < 0 for column in (0, -1))
+    ends = (above & below).any() or (left & right).any()
+    return len(rooms) == 1 and not ends
 
 
 def _kinds_beside(building: Building, gate: Landmark) -> list[str]:
