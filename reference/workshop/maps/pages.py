@@ -215,7 +215,7 @@ class Page:
                 parts.append([])
             parts[-1].append(below)
         alike = len({len(part) for part in parts}) == 1
-        if alike and all(_is_closed(part) for part in parts):
+        if alike and all(is_closed(part) for part in parts):
             return len(parts[0])
         return len(floor.rows)
 
@@ -265,7 +265,7 @@ def _is_wall(line: Line) -> bool:
     return not line.code.strip("# \t")
 
 
-def _is_closed(rows: Sequence[Line]) -> bool:
+def is_closed(rows: Sequence[Line]) -> bool:
     """Whether rows can be a whole drawing: outer walls above and below, maybe exits."""
     edges = rows[0].code + rows[-1].code
     return len(rows) > 2 and not edges.strip("#E \t")

@@ -30,6 +30,7 @@ from reference.workshop.maps.pages import (
     Line,
     Page,
     heading_meant,
+    is_closed,
 )
 from reference.workshop.maps.signs import (
     Board,
@@ -509,13 +510,44 @@ def _heights(page: Page, height: int, resize: list[Edit]) -> Iterator[Mistake]:
         if count == height:
             continue
         if whole and count:
-            yield _rows_made_right(floor, [row.code for row in whole.rows])
+            codes = [row.code for row in whole.rows]
+            yield _rows_outside(floor, codes) or _rows_made_right(floor, codes)
             continue
         line = floor.rows[height] if count > height else floor.heading
         kind = "rows-size" if resize else "rows"
         facts: dict[str, Any] = {"count": count, "height": height}
         facts["resize"] = _SIZE.format(**page.drawn)
         yield line.mistake(kind, edits=resize, **facts)
+
+
+def _rows_outside(floor: Floor, whole: Sequence[str]) -> Mistake | None:
+    """Find rows left out of a closed drawing: all is outside there.
+
+    They are typed where the stairwells are in line with another floor's then, unless
+    both drawings begin and end alike: some in the middle may be lost.
+    """
+    rows = floor.rows
+    lost = len(whole) - len(rows)
+    alike = all(
+        len(rows[end].code.lstrip()) == len(whole[end].lstrip())
+        and len(rows[end].code) == len(whole[end])
+        for end in (0, -1)
+    )
+    if lost < 1 + alike or not is_closed(rows):
+        return None
+    facts: dict[str, Any] = {"count": len(rows), "height": len(whole)}
+    stairs = [re.sub("[^A-D]", " ", row).rstrip() for row in whole]
+    mine = [re.sub("[^A-D]", " ", row.code).rstrip() for row in rows]
+    above = [k for k in range(lost + 1) if stairs[k : k + len(mine)] == mine]
+    if alike or len(above) != 1:
+        return rows[0].mistake("rows-outside", **facts)
+    facts["above"] = above[0]
+    facts["below"] = lost - above[0]
+    edits = [rows[0].above(*above[0] * ["#"])] if above[0] else []
+    if facts["below"]:
+        end = len(rows[-1].written)
+        edits.append(rows[-1].typed(facts["below"] * "\n#", end))
+    return rows[0].mistake("rows-outside-at", edits=edits, **facts)
 
 
 def _rows_made_right(floor: Floor, whole: Sequence[str]) -> Mistake:
