@@ -509,6 +509,9 @@ def _heights(page: Page, height: int, resize: list[Edit]) -> Iterator[Mistake]:
         count = len(floor.rows)
         if count == height:
             continue
+        if count > height and _are_floors(floor.rows, height):
+            yield _floors_in_one(floor, height)
+            continue
         if whole and count:
             codes = [row.code for row in whole.rows]
             yield _rows_outside(floor, codes) or _rows_made_right(floor, codes)
@@ -518,6 +521,28 @@ def _heights(page: Page, height: int, resize: list[Edit]) -> Iterator[Mistake]:
         facts: dict[str, Any] = {"count": count, "height": height}
         facts["resize"] = _SIZE.format(**page.drawn)
         yield line.mistake(kind, edits=resize, **facts)
+
+
+def _are_floors(rows: Sequence[Line], height: int) -> bool:
+    """Whether rows are several drawings of this height, one below the other."""
+    parts = (rows[start : start + height] for start in range(0, len(rows), height))
+    return len(rows) % height == 0 and all(map(is_closed, parts))
+
+
+def _floors_in_one(floor: Floor, height: int) -> Mistake:
+    """Write a heading above each further drawing; none if one heading says several."""
+    follows = floor.numbers[0] + 1 if floor.numbers else 2
+    edits = [
+        row.above(f"floor {storey}:")
+        for storey, row in enumerate(floor.rows[height::height], follows)
+    ]
+    return floor.rows[height].mistake(
+        "rows-heading",
+        floor=follows,
+        count=len(floor.rows),
+        height=height,
+        edits=edits if len(floor.numbers) < 2 else [],
+    )
 
 
 def _rows_outside(floor: Floor, whole: Sequence[str]) -> Mistake | None:
