@@ -306,6 +306,16 @@ def test_a_range_of_floors_is_never_shortened(heading, right):
     assert repair.text == (HOUSE.replace("floor 2: upstairs", right) if right else text)
 
 
+@pytest.mark.parametrize("numbers", [(2, 1), (1, 0)])
+def test_a_plan_drawn_top_floor_first_is_moved_by_hand(numbers):
+    """With other numbers the upper floor would be the ground, and get an exit."""
+    head, ground, upstairs = HOUSE.split("\nfloor ")
+    above, below = numbers
+    text = f"{head}\nfloor {above}{upstairs[1:]}\nfloor {below}{ground[1:]}"
+    assert "Move the drawings" in standing(text)[1][0].hint
+    assert repair_text(text).text == text
+
+
 def test_no_exit_is_typed_upstairs_where_stairs_are_missing():
     """Nobody leaves through the wall of an upper floor; stairs are drawn by hand."""
     text = HOUSE.replace("#AA+", "####")

@@ -354,14 +354,22 @@ def _settings(page: Page) -> Iterator[Mistake]:
 
 
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
-    """Find too many floors, or the first out of order: the next may be right then."""
+    """Find too many floors, or the first out of order: the next may be right then.
+
+    Where no number is missing, the drawings are in the wrong order: nothing is typed.
+    """
+    numbers: list[int] = []
     total = 0
     for floor in page.floors:
+        numbers += floor.numbers
         total += len(floor.numbers) or 1
         if total > MOST_FLOORS:
             yield floor.heading.mistake("floor-limit", most=MOST_FLOORS)
             return
 
+    ordered = sorted(numbers)
+    no_gap = all(after - before == 1 for before, after in pairwise(ordered))
+    moved = no_gap and numbers != ordered
     follows = 1
     for at, floor in enumerate(page.floors):
         if floor.headless:  # only the first can be
@@ -373,9 +381,12 @@ def _floor_numbers(page: Page) -> Iterator[Mistake]:
             edits = [above.heading.typed(None)]
             yield above.heading.mistake("heading-again", first=first, edits=edits)
             return
+        facts = {"first": first, "follows": follows}
+        if first != follows and moved:
+            yield floor.heading.mistake("floor-move", **facts)
+            return
         if first != follows:
             edits = list(_counted_on(page.floors[at:], follows))
-            facts = {"first": first, "follows": follows}
             yield floor.heading.mistake("floor-order", edits=edits, **facts)
             return
         follows = floor.numbers[-1] + 1
