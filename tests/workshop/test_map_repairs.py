@@ -173,6 +173,20 @@ def test_an_editors_tabs_become_the_blanks_they_stood_for(path, width):
     assert parse_map(repair.text) == parse_map(text)
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("#...#...#...#", "#\t#...#...#"),
+        ("#...#...#...#", "#...#\t#...#"),
+        ("#############", "####\t#####"),
+    ],
+)
+def test_a_tab_between_two_walls_is_a_room_and_in_a_wall_a_wall(right, wrong):
+    """An empty room is not walled up."""
+    text = FLAT.replace(right, wrong, 1)
+    assert parse_map(repair_text(text).text) == parse_map(FLAT)
+
+
 # -- Signs as wide as two -----------------------------------------------------------
 
 HALL = "\N{CJK UNIFIED IDEOGRAPH-5927}\N{CJK UNIFIED IDEOGRAPH-5EF3}"
