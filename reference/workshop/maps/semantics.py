@@ -17,7 +17,6 @@ from scipy import ndimage
 
 from reference.building import (
     OUTSIDE,
-    Area,
     Building,
     Kind,
     Landmark,
@@ -700,17 +699,77 @@ def _door_place(
 # -- What is no mistake, and rarely meant -------------------------------------------
 
 
-def touching(building: Building) -> Iterator[tuple[Area, Area]]:
-    """Find rooms that touch at a corner only, where people see but cannot pass."""
-    for area, kind in zip(building.area, building.kind, strict=True):
-        for pairs in (_across(area, kind), _across(area[:, ::-1], kind[:, ::-1])):
-            for first, second in pairs:
-                yield building.areas[first], building.areas[second]
+class Note(NamedTuple):
+    """What may be meant, and where; line and column count from 1."""
+
+    line: int
+    column: int
+    what: str
+
+    def __str__(self) -> str:
+        return f"{self.line}:{self.column}: {self.what}"
 
 
-def _across(area: np.ndarray, kind: np.ndarray) -> np.ndarray:
-    """Find rooms that meet south-east of a cell, where two walls meet as well: (k, 2).
+def notes_on(building: Building, page: Page) -> list[Note]:
+    """Find what is rarely meant, in the order of the page."""
+    notes = [*_short_rows(page)]
+    what = "two rooms touch at this corner; nobody passes there. Draw a wall, or a door"
+    for floor in page.floors:
+        for corner in touching(building, floor.index):
+            row, column = corner.cell
+            notes.append(Note(floor.rows[row].number, column + 1, f"{what}."))
+    return sorted(notes)
 
+
+MOST_MISSING = 2  # signs of a row; one that is shorter ends so
+
+
+def _short_rows(page: Page) -> Iterator[Note]:
+    """Find rows a little shorter than both beside them, which are equally long."""
+    for floor in page.floors:
+        for above, row, below in zip(
+            floor.rows, floor.rows[1:], floor.rows[2:], strict=False
+        ):
+            columns = len(row.code)
+            around = len(above.code)
+            if around == len(below.code) and 0 < around - columns <= MOST_MISSING:
+                what = f"this row has {columns} columns, those above and below {around}"
+                yield Note(row.number, columns, f"{what}: is a sign missing?")
+
+
+class Corner(NamedTuple):
+    """Two rooms that touch at a corner, and the first cell there."""
+
+    rooms: frozenset[str]
+    cell: tuple[int, int]
+
+
+def touching(building: Building, floor: int) -> list[Corner]:
+    """Find rooms of a floor that touch at a corner only: people see, but cannot pass.
+
+    Each pair once.
+    """
+    area = building.area[floor]
+    kind = building.kind[floor]
+    last = area.shape[1] - 1
+    corners: dict[frozenset[str], Corner] = {}
+    found = [
+        *_across(area, kind),
+        *(
+            (*pair, row, last - c)
+            for *pair, row, c in _across(area[:, ::-1], kind[:, ::-1])
+        ),
+    ]
+    for one, other, row, column in sorted(found, key=itemgetter(2, 3)):
+        rooms = frozenset(building.areas[index].id for index in (one, other))
+        corners.setdefault(rooms, Corner(rooms, (row, column)))
+    return [*corners.values()]
+
+
+def _across(area: np.ndarray, kind: np.ndarray) -> list[list[int]]:
+    """Find rooms that meet south-east of a cell, where two walls meet as well.
+
+    Of each place both rooms, and the row and column of the first one's cell.
     area, kind: (rows, columns) of a floor; for south-west, mirror both
     """
     north_west = area[:-1, :-1]
@@ -718,4 +777,8 @@ def _across(area: np.ndarray, kind: np.ndarray) -> np.ndarray:
     rooms = (north_west >= 0) & (south_east >= 0) & (north_west != south_east)
     walls = (kind[1:, :-1] == Kind.WALL) & (kind[:-1, 1:] == Kind.WALL)
     touch = rooms & walls
-    return np.column_stack([north_west[touch], south_east[touch]])
+    cells = np.argwhere(touch)
+    found: list[list[int]] = np.column_stack(
+        [north_west[touch], south_east[touch], cells]
+    ).tolist()
+    return found

@@ -381,7 +381,7 @@ def _floor_numbers(page: Page) -> Iterator[Mistake]:
             edits = [above.heading.typed(None)]
             yield above.heading.mistake("heading-again", first=first, edits=edits)
             return
-        facts = {"first": first, "follows": follows}
+        facts: dict[str, Any] = {"first": first, "follows": follows}
         if first != follows and moved:
             yield floor.heading.mistake("floor-move", **facts)
             return
