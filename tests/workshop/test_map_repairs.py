@@ -303,6 +303,28 @@ def test_every_hint_obeyed_leaves_fewer_mistakes(path):
 
 
 @pytest.mark.parametrize(
+    "heading",
+    ["floor 2 upstairs", "floor two: upstairs", "floor 2 - upstairs", "flor: upstairs"],
+)
+def test_a_heading_keeps_its_name_and_nothing_else(heading):
+    """Neither its number, nor a word for that, nor what stands between."""
+    text = HOUSE.replace("floor 2: upstairs", heading)
+    assert repair_text(text).text == HOUSE
+
+
+@pytest.mark.parametrize("words", ["ab 1", "lab 1", "ab 22"])
+def test_a_name_with_a_number_behind_it_is_one_word(words):
+    """It is told once, not the number for a room of its own."""
+    text = HOUSE.replace("####.....#...#", f"####{words:.<5}#...#", 1).replace(
+        "hall", "...."
+    )
+    name = words.replace(" ", "")
+    right = HOUSE.replace("####.....#...#", f"####{name:.<5}#...#", 1)
+    assert parse_map(repair_text(text).text) == parse_map(right.replace("hall", "...."))
+    assert len(standing(text)[1]) == 1
+
+
+@pytest.mark.parametrize(
     ("heading", "right"),
     [
         ("floors 2-4: upstairs", "floor 2-4: upstairs"),
@@ -364,12 +386,13 @@ def test_only_a_doubled_row_is_taken_out_and_told_by_its_line(row, told_at):
         ("##AA+desk", "#AA+.desk"),
         ("#AAA.desk", "#AA+.desk"),
         ("#A.+.desk", "#AA+.desk"),
+        ("#A...desk", "#AA+.desk"),
     ],
 )
 def test_a_stairwell_out_of_line_is_told_first_and_put_back_at_once(wrong, right):
     """Before the walls and doors that touch it; floor comes where it stood."""
     text = HOUSE.replace(right, wrong)
-    if wrong == "#A.+.desk":  # a room is in its way: nothing is typed
+    if wrong == "#A...desk":  # a room is in its way: nothing is typed
         wrong = right = ""
     assert told(text) == ["stairwell A does not stand on floor 2 as on floor 1"]
     repair = repair_text(text)
@@ -390,6 +413,15 @@ def test_hints_that_lead_back_are_not_followed():
     repair = repair_text(text)
     assert repair.text == text and not repair.rounds
     assert repair.left.mistakes[0].what == "stairwell B is open to stairwell A"
+
+
+@pytest.mark.parametrize("signs", ["AA.", ".AA", "A.."])
+def test_floor_typed_in_a_shaft_is_no_room_in_the_way(signs):
+    """All of it lies where the stairwell should be."""
+    text = HOUSE.replace("AA", "AAA").replace("14 x", "15 x").replace("   #", "    #")
+    text = text.replace("####.", "#####.")
+    spoilt = text.replace("#AAA+.desk", f"#{signs}+.desk")
+    assert parse_map(repair_text(spoilt).text) == parse_map(text)
 
 
 SPOILS = "#.+EABCD abcxyz:|-19XZ\n\N{LATIN SMALL LETTER E WITH ACUTE}"

@@ -589,8 +589,8 @@ def _copied(
 ) -> list[Edit]:
     """Draw a floor's stairwell on another one, in the same place.
 
-    Nothing where a room is in its way. What was drawn elsewhere becomes a wall, or
-    floor where the other has some.
+    Nothing where a room is in its way, but for one that is all within its shaft. What
+    was drawn elsewhere becomes a wall, or floor where the other has some.
     """
     if not 0 <= target < building.floors:
         return []
@@ -605,7 +605,9 @@ def _copied(
         doors = _entrances(signs, mine)
 
     named = is_room(there) & (there != ".")
-    taken = is_room(there) | (there == "E") | ((there == "+") & ~old_doors)
+    parts, _ = ndimage.label(is_room(there))
+    rooms = np.isin(parts, parts[~mine]) & (parts > 0)
+    taken = rooms | (there == "E") | ((there == "+") & ~old_doors)
     if taken[mine].any() or named[beside].any():
         return []
 

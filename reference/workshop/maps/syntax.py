@@ -131,7 +131,7 @@ def _signs(page: Page) -> Iterator[Mistake]:
         new = name.ljust(len(words), ".")
         edits = [rows[row].typed(new, start - 1, start - 1 + len(words))]
         yield rows[row].mistake("two-words", start, words=words, name=name, edits=edits)
-    yield from _words(board, rows)
+    yield from _words(board, rows, spaced)
 
 
 def _sign(rows: Sequence[Line], sign: str, plain: str, cells: np.ndarray) -> Mistake:
@@ -170,7 +170,7 @@ def _ends_of_runs(cells: np.ndarray) -> np.ndarray:
 
 def _two_words(board: Board) -> Iterator[tuple[tuple[int, int], str]]:
     """Find words with a blank between them, in a room: the place, and the words."""
-    spaced = re.compile(r"[a-zA-Z][a-zA-Z0-9]+(?: [a-zA-Z0-9]{2,})+")
+    spaced = re.compile(r"[a-zA-Z][a-zA-Z0-9]+(?: (?:[0-9]+|[a-zA-Z0-9]{2,}))+")
     signs = np.where(board.drawn == " ", " ", board.plain)
     for row in np.flatnonzero((board.drawn == " ").any(axis=1)):
         for words in spaced.finditer("".join(signs[row])):
@@ -209,8 +209,15 @@ def _closed_blanks(
             yield rows[row].mistake(kind, column, edits=edits)
 
 
-def _words(board: Board, rows: Sequence[Line]) -> Iterator[Mistake]:
-    """Find words that are no room's name."""
+def _words(
+    board: Board, rows: Sequence[Line], spaced: dict[tuple[int, int], str]
+) -> Iterator[Mistake]:
+    """Find words that are no room's name, but for those that are parts of one."""
+    parts = {
+        (row, start + n)
+        for (row, start), words in spaced.items()
+        for n in range(len(words))
+    }
     rim = rim_of(board)
     for number, row in enumerate(rows):
         text = "".join(board.plain[number]) if row else ""
@@ -219,6 +226,8 @@ def _words(board: Board, rows: Sequence[Line]) -> Iterator[Mistake]:
             place = match.start()
             capital = re.match(r"E(?=[a-z])", word) and not rim[number, place]
             if _MEANS.fullmatch(word) and not capital:
+                continue
+            if (number, place) in parts:
                 continue
             name = _name_for(word)
             edits = [row.typed(name.ljust(len(word), "."), place - 1, match.end() - 1)]
@@ -282,7 +291,10 @@ def _heading(page: Page, floor: Floor, follows: int, *, draws: bool) -> Mistake:
     alike = _range_meant(line)
     if alike is not None and kind in ("heading-floor", "heading-drawing"):
         return _range_heading(line, alike, follows)
-    words = re.sub(r"(?i)^\W*(\w+\s*[\d-]*\s*:|\w+)\s*:?", "", line.code).strip(" :")
+    key = r"\w+\s*[\d-]*\s*:|\w+"
+    if kind == "heading-floor":  # its number, or a word for one
+        key = r"\w+(?:\s+\w+|\s*[\d-]+)?\s*:|\w+\s*[\d-]*"
+    words = re.sub(rf"^\W*({key})\s*:?", "", line.code).strip(" :.-")
     facts = {"floor": follows, "above": follows + 1, **page.drawn}
     new = {
         "heading-building": f"building: {words or 'NAME'}",
