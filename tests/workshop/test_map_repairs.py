@@ -148,6 +148,23 @@ def test_a_letter_is_read_by_where_it_stands(sign, other, words):
     assert parse_map(repair_text(text).text) == parse_map(FLAT)
 
 
+@pytest.mark.parametrize("sign", ["<", "%", "s", "1", "S", "a"])
+def test_a_sign_closed_in_on_two_floors_is_a_stairwell(sign):
+    """Whatever it is, though a name may have it, too."""
+    text = HOUSE.replace("14 x 5", "14 x 6")
+    for row in ("#AA+.hall+lab#", "#AA+.desk+map#"):
+        text = text.replace(row, f"#AA#.....#...#\n{row}")
+    text = text.replace("   ###########\n####", "##############\n####")
+    spoilt = text.replace("AA", 2 * sign)
+    assert parse_map(repair_text(spoilt).text) == parse_map(text)
+
+
+def test_a_name_that_fills_its_room_on_two_floors_is_no_stairwell():
+    """As long as it stands in one row."""
+    text = HOUSE.replace("lab", "sss").replace("map", "sss")
+    parse_map(text.replace("....#...#", "....#####"))
+
+
 def test_a_name_keeps_the_letter_that_is_drawn_for_floor():
     """Inside its word; at its ends nobody can tell."""
     text = HOUSE.replace(".", "e").replace("Ee", "E.")
@@ -214,6 +231,16 @@ def test_a_sign_as_wide_as_two_is_one_column_or_two_as_the_row_needs(drawn, mean
     assert parse_map(repair_text(text).text) == parse_map(right)
 
 
+def test_three_points_that_a_word_processor_joined_are_three_again():
+    """In each row that is so much shorter; its hint says it."""
+    ellipsis = "\N{HORIZONTAL ELLIPSIS}"
+    text = HOUSE.replace("...", ellipsis)
+    assert {mistake.hint for mistake in standing(text)[1]} == {"Type '...' instead."}
+    assert repair_text(text).text == HOUSE
+    one_each = HOUSE.replace(".....", 5 * ellipsis)
+    assert repair_text(one_each).text == HOUSE
+
+
 # -- Gaps ---------------------------------------------------------------------------
 
 
@@ -277,6 +304,40 @@ def test_a_row_of_words_is_no_comment(row):
     assert "a comment" not in " ".join(told("\n".join(rows)))
 
 
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["         1", "12345678901234"],
+        ["1    5    10"],
+        ["    1    2    3"],
+    ],
+)
+def test_a_ruler_above_a_drawing_is_no_row(lines):
+    """It counts columns: `;` makes a note of it."""
+    text = HOUSE.replace("ground\n", "\n".join(["ground", *lines, ""]))
+    repair = repair_text(text)
+    assert {*told(text)} == {"this line is no row of a drawing"}
+    assert (repair.left, len(repair.rounds)) == (None, 1)
+
+
+@pytest.mark.parametrize(
+    ("words", "typed"),
+    [
+        ("Second floor", "floor 2: Second floor"),
+        ("level 2 upstairs", "floor 2: level 2 upstairs"),
+        (
+            "The lab is new\n\nfloor 2: upstairs",
+            "; The lab is new\n\nfloor 2: upstairs",
+        ),
+    ],
+)
+def test_words_between_two_drawings_are_a_heading_or_a_note(words, typed):
+    """A heading where they name a storey; they are told once."""
+    text = HOUSE.replace("floor 2: upstairs", words)
+    assert len(told(text)) == 1
+    assert repair_text(text).text == HOUSE.replace("floor 2: upstairs", typed)
+
+
 # -- Hints --------------------------------------------------------------------------
 
 
@@ -288,6 +349,16 @@ def test_a_note_behind_a_row_stays_a_note_whatever_it_ends_with(note, size):
     text = HOUSE.replace(row, f"{row}{note}").replace("14 x 5", size)
     repair = repair_text(text.replace(".....", "..,.."))
     assert (repair.text, repair.left) == (text, None)
+
+
+@pytest.mark.parametrize("words", ["<- north", "north wing", "the way out (E)"])
+@pytest.mark.parametrize("row", ["   ###########", "#AA+.hall+lab#", "#AA+.desk+map#"])
+def test_words_behind_a_row_become_a_note(words, row):
+    """What is beyond the width and apart draws nothing."""
+    text = HOUSE.replace(row, f"{row}  {words}", 1)
+    assert told(text) == ["words stand behind this row, outside the drawing"]
+    repair = repair_text(text)
+    assert (repair.text, repair.left) == (text.replace(words, f"; {words}"), None)
 
 
 @pytest.mark.parametrize("path", [*BAD, *CASES], ids=named)

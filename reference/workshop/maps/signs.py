@@ -303,14 +303,18 @@ def _others(board: Board) -> None:
     rim = rim_of(board)
     words = _in_words(board)
     within = _in_word(board)
-    for sign in _signs_in(board, besides=_MEANT):
+    for sign in _signs_in(board, besides=_MEANT + "ABCD"):
+        if free:
+            stairs = _closed_in(board, sign)
+            if stairs.any() and _is_shaft(board, stairs):
+                board.plain[stairs] = free.pop(0)
+        here = board.plain == sign
         if sign in _OF_NAMES:
             if _is_everywhere(board, sign):
                 _type(board, sign, ".")
             continue
-        if sign in "ABCD" or has_no_width(sign):
+        if has_no_width(sign):
             continue
-        here = board.plain == sign
         if sign.isupper():
             here &= ~words
             if free and here.any() and _is_shaft(board, here):
@@ -320,6 +324,27 @@ def _others(board: Board) -> None:
             here &= ~within
         board.plain[here] = "."
         board.plain[here & rim] = "#"
+
+
+def _closed_in(board: Board, sign: str) -> np.ndarray:
+    """Where a sign fills a place closed in by walls and a door, as stairs do.
+
+    A small letter in one row may be a name.
+    """
+    here = board.plain == sign
+    upright = here & np.roll(here, 1, 0)
+    is_name = sign in ascii_lowercase
+    if is_name and not upright.any():
+        return np.zeros_like(here)
+    door = board.plain == "+"
+    open_ = ~(here | door | (board.plain == "#"))
+    parts, _ = ndimage.label(here)
+    entered = np.unique(parts[here & ndimage.binary_dilation(door)])
+    opened = np.unique(parts[here & ndimage.binary_dilation(open_)])
+    closed = np.setdiff1d(entered, opened)
+    if is_name:
+        closed = np.intersect1d(closed, parts[upright])
+    return np.isin(parts, closed) & here
 
 
 def _in_word(board: Board) -> np.ndarray:

@@ -68,12 +68,17 @@ def _longest(page: Page) -> Iterator[Mistake]:
 # -- Characters ---------------------------------------------------------------------
 
 
+ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"
+
+
 def _foreign_signs(page: Page) -> Iterator[Mistake]:
     """Find what is not ASCII in headings and notes, and what shifts a row.
 
     Other signs of rows are explained by where they stand.
     """
     rows = {row.number for row in page.rows}
+    said = page.size[0] if page.settings["size"] else 0
+    columns = said or page.drawn["columns"]
     for line in page.lines:
         code = len(line.code) if line.number in rows else 0
         for foreign in re.finditer(r"[^\t -~]", line.written):
@@ -82,9 +87,11 @@ def _foreign_signs(page: Page) -> Iterator[Mistake]:
             if sign in "\0\ufffd":
                 yield line.mistake("not-text", start + 1)
                 return
-            if start < code and not has_no_width(sign):
-                continue
             plain = "" if has_no_width(sign) else ascii_of(sign)
+            if sign == ELLIPSIS and code + 2 * line.code.count(sign) <= columns:
+                plain = "..."  # what a word processor makes of it
+            elif start < code and not has_no_width(sign):
+                continue
             yield line.mistake(
                 "foreign-alike" if plain else "foreign",
                 start + 1,
@@ -96,6 +103,21 @@ def _foreign_signs(page: Page) -> Iterator[Mistake]:
 
 _WORD = re.compile(r"[a-z]+(?:[_-][a-z0-9]+)+|[A-Za-z0-9]+|([^ #.+])\1*")
 _MEANS = re.compile(r"E*([A-D]*|[a-z][a-z0-9]*)E*")
+
+
+def _words_behind(page: Page) -> Iterator[Mistake]:
+    """Find words behind a row, apart from it, beyond the width that the file says."""
+    width = page.size[0] if page.settings["size"] else 0
+    for row in page.rows if width else []:
+        start = width + len(row.code[width:]) - len(row.code[width:].lstrip())
+        behind = row.code[start:]
+        is_apart = row.code[start - 1 : start].isspace() and bool(row.code[:width])
+        if is_apart and re.search("[A-Za-z]", behind) and not _DRAWN.search(behind):
+            edits = [row.typed("; ", start, start)]
+            yield row.mistake("words-behind", start + 1, edits=edits)
+
+
+_DRAWN = re.compile(r"[#+]|\.\.")
 
 
 def _notes_in_rows(page: Page) -> Iterator[Mistake]:
@@ -674,7 +696,7 @@ def syntax_stages(page: Page, standing: Standing) -> Iterator[Iterable[Mistake]]
     """Yield what each stage of checks finds, once the stages before find nothing."""
     yield _wrapping(page)
     yield chain(_foreign_signs(page), wide_signs(page, standing), _longest(page))
-    yield chain(_headings(page), tabs(page, standing))
+    yield chain(_headings(page), tabs(page, standing), _words_behind(page))
     yield chain(
         _head(page),
         _settings(page),
