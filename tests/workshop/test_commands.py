@@ -96,13 +96,30 @@ E.one+..#
 """
 
 
-def test_check_notes_rooms_that_touch_at_a_corner(tmp_path, capsys):
-    """People see through there and cannot pass: no mistake, and rarely meant."""
+def test_check_notes_each_two_rooms_that_touch_at_a_corner(
+    tmp_path, monkeypatch, capsys
+):
+    """Where, once: people see through and cannot pass, no mistake, but rarely meant."""
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "corner.txt").write_text(CORNER)
-    assert main(["check", str(tmp_path / "corner.txt")]) == 0
-    notes = capsys.readouterr().err.splitlines()
-    assert notes[0].startswith("note: 1/one and 1/room-2 touch at a corner")
-    assert notes[1].startswith("note: 1/room-2 and 1/two touch at a corner")
+    assert main(["check", "corner.txt"]) == 0
+    what = (
+        "two rooms touch at this corner; nobody passes there. Draw a wall, or a door."
+    )
+    assert capsys.readouterr().err.splitlines()[:-1] == [
+        f"note: corner.txt:6:5: {what}",
+        f"note: corner.txt:7:6: {what}",
+    ]
+
+
+def test_check_notes_a_row_a_little_shorter_than_those_beside_it(shed, capsys):
+    """A sign left out shifts what is behind it; with one too many it is a mistake."""
+    Path(shed).write_text(SHED.replace("#...#...#", "#..#...#", 1))
+    assert main(["check", shed]) == 0
+    assert capsys.readouterr().err.splitlines()[0] == (
+        f"note: {shed}:6:8: this row has 8 columns, those above and below 9: "
+        "is a sign missing?"
+    )
 
 
 # -- floors -------------------------------------------------------------------------

@@ -14,9 +14,10 @@ from reference import Scenario, Simulation
 from reference.building import OUTSIDE, Kind, build, building_of
 from reference.paper import InputError
 from reference.robots import actual_target, said_on_the_way
-from reference.workshop.maps import parse_map
+from reference.workshop.maps import lines_of_plan, parse_map
 from reference.workshop.maps.generated import generated_text
-from reference.workshop.maps.semantics import touching
+from reference.workshop.maps.pages import Page
+from reference.workshop.maps.semantics import notes_on
 from reference.workshop.strategies.observed import at_way_out
 
 SIZES = [(15, 10), (24, 16), (40, 40), (60, 40)]
@@ -29,8 +30,9 @@ def floors_of(seed):
 
 def checked(seed, width, height, floors):
     """A new building that `check` passes, without a note."""
-    building = build(parse_map(generated_text(seed, width, height, floors)))
-    assert not list(touching(building))
+    text = generated_text(seed, width, height, floors)
+    building = build(parse_map(text))
+    assert notes_on(building, Page(lines_of_plan(text))) == []
     return building
 
 

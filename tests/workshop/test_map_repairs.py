@@ -148,6 +148,23 @@ def test_a_letter_is_read_by_where_it_stands(sign, other, words):
     assert parse_map(repair_text(text).text) == parse_map(FLAT)
 
 
+@pytest.mark.parametrize("sign", ["<", "%", "s", "1", "S", "a"])
+def test_a_sign_closed_in_on_two_floors_is_a_stairwell(sign):
+    """Whatever it is, though a name may have it, too."""
+    text = HOUSE.replace("14 x 5", "14 x 6")
+    for row in ("#AA+.hall+lab#", "#AA+.desk+map#"):
+        text = text.replace(row, f"#AA#.....#...#\n{row}")
+    text = text.replace("   ###########\n####", "##############\n####")
+    spoilt = text.replace("AA", 2 * sign)
+    assert parse_map(repair_text(spoilt).text) == parse_map(text)
+
+
+def test_a_name_that_fills_its_room_on_two_floors_is_no_stairwell():
+    """As long as it stands in one row."""
+    text = HOUSE.replace("lab", "sss").replace("map", "sss")
+    parse_map(text.replace("....#...#", "....#####"))
+
+
 def test_a_name_keeps_the_letter_that_is_drawn_for_floor():
     """Inside its word; at its ends nobody can tell."""
     text = HOUSE.replace(".", "e").replace("Ee", "E.")
@@ -171,6 +188,20 @@ def test_an_editors_tabs_become_the_blanks_they_stood_for(path, width):
     repair = repair_text("\n".join(map(with_tabs, text.split("\n"))))
     assert len(repair.rounds) <= 1
     assert parse_map(repair.text) == parse_map(text)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("#...#...#...#", "#\t#...#...#"),
+        ("#...#...#...#", "#...#\t#...#"),
+        ("#############", "####\t#####"),
+    ],
+)
+def test_a_tab_between_two_walls_is_a_room_and_in_a_wall_a_wall(right, wrong):
+    """An empty room is not walled up."""
+    text = FLAT.replace(right, wrong, 1)
+    assert parse_map(repair_text(text).text) == parse_map(FLAT)
 
 
 # -- Signs as wide as two -----------------------------------------------------------
@@ -198,6 +229,16 @@ def test_a_sign_as_wide_as_two_is_one_column_or_two_as_the_row_needs(drawn, mean
         text = text.replace(name, signs)
         right = right.replace(name, meant[name])
     assert parse_map(repair_text(text).text) == parse_map(right)
+
+
+def test_three_points_that_a_word_processor_joined_are_three_again():
+    """In each row that is so much shorter; its hint says it."""
+    ellipsis = "\N{HORIZONTAL ELLIPSIS}"
+    text = HOUSE.replace("...", ellipsis)
+    assert {mistake.hint for mistake in standing(text)[1]} == {"Type '...' instead."}
+    assert repair_text(text).text == HOUSE
+    one_each = HOUSE.replace(".....", 5 * ellipsis)
+    assert repair_text(one_each).text == HOUSE
 
 
 # -- Gaps ---------------------------------------------------------------------------
@@ -263,6 +304,40 @@ def test_a_row_of_words_is_no_comment(row):
     assert "a comment" not in " ".join(told("\n".join(rows)))
 
 
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["         1", "12345678901234"],
+        ["1    5    10"],
+        ["    1    2    3"],
+    ],
+)
+def test_a_ruler_above_a_drawing_is_no_row(lines):
+    """It counts columns: `;` makes a note of it."""
+    text = HOUSE.replace("ground\n", "\n".join(["ground", *lines, ""]))
+    repair = repair_text(text)
+    assert {*told(text)} == {"this line is no row of a drawing"}
+    assert (repair.left, len(repair.rounds)) == (None, 1)
+
+
+@pytest.mark.parametrize(
+    ("words", "typed"),
+    [
+        ("Second floor", "floor 2: Second floor"),
+        ("level 2 upstairs", "floor 2: level 2 upstairs"),
+        (
+            "The lab is new\n\nfloor 2: upstairs",
+            "; The lab is new\n\nfloor 2: upstairs",
+        ),
+    ],
+)
+def test_words_between_two_drawings_are_a_heading_or_a_note(words, typed):
+    """A heading where they name a storey; they are told once."""
+    text = HOUSE.replace("floor 2: upstairs", words)
+    assert len(told(text)) == 1
+    assert repair_text(text).text == HOUSE.replace("floor 2: upstairs", typed)
+
+
 # -- Hints --------------------------------------------------------------------------
 
 
@@ -276,6 +351,16 @@ def test_a_note_behind_a_row_stays_a_note_whatever_it_ends_with(note, size):
     assert (repair.text, repair.left) == (text, None)
 
 
+@pytest.mark.parametrize("words", ["<- north", "north wing", "the way out (E)"])
+@pytest.mark.parametrize("row", ["   ###########", "#AA+.hall+lab#", "#AA+.desk+map#"])
+def test_words_behind_a_row_become_a_note(words, row):
+    """What is beyond the width and apart draws nothing."""
+    text = HOUSE.replace(row, f"{row}  {words}", 1)
+    assert told(text) == ["words stand behind this row, outside the drawing"]
+    repair = repair_text(text)
+    assert (repair.text, repair.left) == (text.replace(words, f"; {words}"), None)
+
+
 @pytest.mark.parametrize("path", [*BAD, *CASES], ids=named)
 def test_every_hint_obeyed_leaves_fewer_mistakes(path):
     """Each by itself and all together: fewer of its stage, or a later stage."""
@@ -286,6 +371,28 @@ def test_every_hint_obeyed_leaves_fewer_mistakes(path):
         assert standing(follow_hints(text, [mistake]))[0] > before, mistake
     if typed:
         assert standing(follow_hints(text, mistakes))[0] > before
+
+
+@pytest.mark.parametrize(
+    "heading",
+    ["floor 2 upstairs", "floor two: upstairs", "floor 2 - upstairs", "flor: upstairs"],
+)
+def test_a_heading_keeps_its_name_and_nothing_else(heading):
+    """Neither its number, nor a word for that, nor what stands between."""
+    text = HOUSE.replace("floor 2: upstairs", heading)
+    assert repair_text(text).text == HOUSE
+
+
+@pytest.mark.parametrize("words", ["ab 1", "lab 1", "ab 22"])
+def test_a_name_with_a_number_behind_it_is_one_word(words):
+    """It is told once, not the number for a room of its own."""
+    text = HOUSE.replace("####.....#...#", f"####{words:.<5}#...#", 1).replace(
+        "hall", "...."
+    )
+    name = words.replace(" ", "")
+    right = HOUSE.replace("####.....#...#", f"####{name:.<5}#...#", 1)
+    assert parse_map(repair_text(text).text) == parse_map(right.replace("hall", "...."))
+    assert len(standing(text)[1]) == 1
 
 
 @pytest.mark.parametrize(
@@ -304,6 +411,16 @@ def test_a_range_of_floors_is_never_shortened(heading, right):
     text = HOUSE.replace("floor 2: upstairs", heading)
     repair = repair_text(text)
     assert repair.text == (HOUSE.replace("floor 2: upstairs", right) if right else text)
+
+
+@pytest.mark.parametrize("numbers", [(2, 1), (1, 0)])
+def test_a_plan_drawn_top_floor_first_is_moved_by_hand(numbers):
+    """With other numbers the upper floor would be the ground, and get an exit."""
+    head, ground, upstairs = HOUSE.split("\nfloor ")
+    above, below = numbers
+    text = f"{head}\nfloor {above}{upstairs[1:]}\nfloor {below}{ground[1:]}"
+    assert "Move the drawings" in standing(text)[1][0].hint
+    assert repair_text(text).text == text
 
 
 def test_no_exit_is_typed_upstairs_where_stairs_are_missing():
@@ -340,12 +457,13 @@ def test_only_a_doubled_row_is_taken_out_and_told_by_its_line(row, told_at):
         ("##AA+desk", "#AA+.desk"),
         ("#AAA.desk", "#AA+.desk"),
         ("#A.+.desk", "#AA+.desk"),
+        ("#A...desk", "#AA+.desk"),
     ],
 )
 def test_a_stairwell_out_of_line_is_told_first_and_put_back_at_once(wrong, right):
     """Before the walls and doors that touch it; floor comes where it stood."""
     text = HOUSE.replace(right, wrong)
-    if wrong == "#A.+.desk":  # a room is in its way: nothing is typed
+    if wrong == "#A...desk":  # a room is in its way: nothing is typed
         wrong = right = ""
     assert told(text) == ["stairwell A does not stand on floor 2 as on floor 1"]
     repair = repair_text(text)
@@ -366,6 +484,15 @@ def test_hints_that_lead_back_are_not_followed():
     repair = repair_text(text)
     assert repair.text == text and not repair.rounds
     assert repair.left.mistakes[0].what == "stairwell B is open to stairwell A"
+
+
+@pytest.mark.parametrize("signs", ["AA.", ".AA", "A.."])
+def test_floor_typed_in_a_shaft_is_no_room_in_the_way(signs):
+    """All of it lies where the stairwell should be."""
+    text = HOUSE.replace("AA", "AAA").replace("14 x", "15 x").replace("   #", "    #")
+    text = text.replace("####.", "#####.")
+    spoilt = text.replace("#AAA+.desk", f"#{signs}+.desk")
+    assert parse_map(repair_text(spoilt).text) == parse_map(text)
 
 
 SPOILS = "#.+EABCD abcxyz:|-19XZ\n\N{LATIN SMALL LETTER E WITH ACUTE}"

@@ -11,16 +11,24 @@ from pathlib import Path
 from time import sleep, strftime
 from typing import Any
 
-from reference.building import Building, Kind
+from reference.building import Kind, build
 from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import print_note, print_report, shell_line
-from reference.workshop.maps import MistakesError, find_map, load, shipped_floors
+from reference.workshop.maps import (
+    MistakesError,
+    find_map,
+    lines_of_plan,
+    load,
+    parse_map,
+    shipped_floors,
+    text_of_map,
+)
 from reference.workshop.maps.generated import LEAST_SIDE, MOST_SIDE, generated_text
 from reference.workshop.maps.mistakes import Mistake
-from reference.workshop.maps.pages import MOST_FLOORS
+from reference.workshop.maps.pages import MOST_FLOORS, Page
 from reference.workshop.maps.repairs import Repair, repair_file, write_new
-from reference.workshop.maps.semantics import touching
+from reference.workshop.maps.semantics import notes_on
 from reference.workshop.storage.files import (
     message_of,
     read_text,
@@ -61,7 +69,7 @@ def check(arguments: Namespace) -> None:
 def _check(arguments: Namespace) -> None:
     """Check a map once, and say what to try next."""
     try:
-        building = load(arguments.file)
+        text, facts = _counted(arguments.file)
     except MistakesError as error:
         if arguments.json:
             print(json.dumps({"file": error.path, "mistakes": _listed(error.mistakes)}))
@@ -70,7 +78,6 @@ def _check(arguments: Namespace) -> None:
         flag = "--fix" if _can_be_fixed(arguments.file) else "--watch"
         raise _with_next(error, "check", arguments.file, flag) from None
 
-    text, facts = _counted(building)
     print_report(arguments, {"file": arguments.file, **facts}, text)
     if not arguments.watch:
         _say_next(arguments.file)
@@ -120,7 +127,7 @@ def _fix(arguments: Namespace) -> None:
         if repair.left:
             page = InputError(f"{repair.left}\n{NOTHING_WRITTEN}")
             raise _with_next(page, "check", arguments.file, "--watch")
-        text, facts = _counted(load(path))
+        text, facts = _counted(path)
         print_report(arguments, {**facts, "written": None, "changes": []}, text)
         print_note("nothing to fix: no file is written")
         return
@@ -133,7 +140,7 @@ def _fix(arguments: Namespace) -> None:
         print_report(arguments, facts, f"written: {new}\n{_told(repair)}")
         left = MistakesError(str(new), repair.left.mistakes)
         raise _with_next(left, "check", new, "--watch")
-    text, counts = _counted(load(new))
+    text, counts = _counted(new)
     print_report(arguments, counts | facts, f"written: {new}\n{_told(repair)}\n{text}")
     _say_next(new)
 
@@ -158,13 +165,16 @@ def _told(repair: Repair) -> str:
     return "\n".join(lines)
 
 
-def _counted(building: Building) -> tuple[str, dict[str, Any]]:
-    """Count what is in a map that is fine: in words, and for programs."""
-    for one, other in dict.fromkeys(touching(building)):
-        print_note(
-            f"note: {one.id} and {other.id} touch at a corner; nobody passes there. "
-            "Draw a wall, or a door."
-        )
+def _counted(name: str | Path) -> tuple[str, dict[str, Any]]:
+    """Count what is in a map that is fine: in words, and for programs.
+
+    Notes what is rarely meant. Raises MistakesError.
+    """
+    path = find_map(name)
+    text = text_of_map(path)
+    building = build(parse_map(text, str(path)))
+    for note in notes_on(building, Page(lines_of_plan(text))):
+        print_note(f"note: {path}:{note}")
 
     kinds = [landmark.kind for landmark in building.landmarks]
     counts = {

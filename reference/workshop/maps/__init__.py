@@ -67,7 +67,12 @@ def drawing_now(name: str | PathLike[str]) -> Drawing | None:
 
 
 def read_map(path: str | PathLike[str]) -> Drawing:
-    """Read the drawing in a file. Raises MistakesError, OSError if there is none.
+    """Read the drawing in a file. Raises MistakesError, OSError, InputError."""
+    return parse_map(text_of_map(path), str(path))
+
+
+def text_of_map(path: str | PathLike[str]) -> str:
+    """Read the text of a file. Raises OSError if there is none.
 
     Reads no more than the largest drawing, even from a device without end. Raises
     InputError for a pipe that nobody writes to.
@@ -76,7 +81,7 @@ def read_map(path: str | PathLike[str]) -> Drawing:
         raw = text.read(MOST_SIGNS + 4)  # with a byte order mark
     if not raw and Path(path).is_fifo():
         raise InputError(f"{path}: is a pipe that nobody writes to. Name a file.")
-    return parse_map(raw.decode("utf-8", "replace"), str(path))
+    return raw.decode("utf-8", "replace")
 
 
 def parse_map(text: str, path: str = "<text>") -> Drawing:

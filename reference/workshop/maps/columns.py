@@ -3,6 +3,7 @@
 Where several readings are possible, take the one with which the map passes most checks.
 """
 
+import re
 import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
@@ -149,9 +150,13 @@ def _filled(code: str, counts: Iterable[int]) -> str:
 
 
 def _around_tab(code: str, place: int) -> str:
-    """What a tab stands for: outside, floor, or wall."""
+    """What a tab stands for: outside, floor, or wall where one goes on behind it.
+
+    Between two single signs of walls there is a room.
+    """
     before = code[:place].strip()
     behind = code[place:].strip()
     if not before:
         return " "
-    return "#" if before[-1] in "#|" and behind[:1] in "#|" else "."
+    along = re.fullmatch(r"[#|+E]{2}\|[#|+E]{2}", f"{before[-2:]}|{behind[:2]}")
+    return "#" if along else "."

@@ -1,9 +1,11 @@
 """A map's file, sorted into lines, whatever is wrong with them.
 
 code     a line without its note and the blanks at its end
-heading  a line with a word and a colon, or with a heading's key word
+heading  a line with a word and a colon, or with a heading's key word; behind a row also
+         one of words that names a storey
 comment  a line of words behind a mark of another language, such as `# my map`
-prose    before a drawing's first row, any other line that begins with a word
+prose    before a drawing's first row, or behind a blank line, any other line that
+         begins with a word; before the first row a ruler, too
 row      any other line with code: one row of a drawing
 """
 
@@ -28,6 +30,7 @@ MOST_EDITS = 5_000  # of one mistake; the others follow in the next round
 
 _HEADING = re.compile(r"\s*((?!.*::)\w[^#.+:]*:|(?i:building|size|floor)\b)")
 _PROSE = re.compile(r"\s*([A-Za-z])(?!\1)[A-Za-z](?!.*\.\.)[^#+|=_]*$")
+_STOREY = re.compile(r"(?i)\b(?:floor|level|storey|story)\b")
 MARK = r"(?:\#{1,3}|//+|--+|%+|\*)"
 _COMMENT = re.compile(
     rf"""\s*{MARK}(?:\s+ | (?=\w+\s+\w))   # with a blank behind it, or two words
@@ -153,16 +156,25 @@ class Page:
         """Put a line with code where it belongs: a setting, heading, note or row."""
         setting = next((key for key in self.settings if line.reads(key)), "")
         before_rows = not (self.floors and self.floors[-1].rows)
+        is_prose = bool(_PROSE.match(line.code))
+        is_note = is_prose and (before_rows or self._is_behind_blank(line))
+        is_note |= before_rows and _is_ruler(line)
+        names_storey = is_prose and not before_rows and _STOREY.search(line.code)
         if setting:
             self.settings[setting].append(line)
-        elif _is_heading(line):
+        elif _is_heading(line) or names_storey:
             self.floors.append(Floor(line))
-        elif before_rows and _PROSE.match(line.code):
+        elif is_note:
             self.prose.append(line)
         else:
             if not self.floors:  # no heading yet: the row stands for one
                 self.floors.append(Floor(line))
             self.floors[-1].rows.append(line)
+
+    def _is_behind_blank(self, line: Line) -> bool:
+        """Whether the line above is blank."""
+        above = self.lines[line.number - 2 : line.number - 1]
+        return bool(above) and not above[0].written.strip(" \t")
 
     @property
     def rows(self) -> list[Line]:
@@ -215,7 +227,7 @@ class Page:
                 parts.append([])
             parts[-1].append(below)
         alike = len({len(part) for part in parts}) == 1
-        if alike and all(_is_closed(part) for part in parts):
+        if alike and all(is_closed(part) for part in parts):
             return len(parts[0])
         return len(floor.rows)
 
@@ -265,10 +277,22 @@ def _is_wall(line: Line) -> bool:
     return not line.code.strip("# \t")
 
 
-def _is_closed(rows: Sequence[Line]) -> bool:
+def is_closed(rows: Sequence[Line]) -> bool:
     """Whether rows can be a whole drawing: outer walls above and below, maybe exits."""
     edges = rows[0].code + rows[-1].code
     return len(rows) > 2 and not edges.strip("#E \t")
+
+
+def _is_ruler(line: Line) -> bool:
+    """Whether a line counts columns, digit by digit or in tens: no grid does."""
+    words = line.code.split()
+    signs = "".join(words)
+    if not signs.isdecimal() or len(signs) > 2 * MOST_CELLS:
+        return False
+    digits = all((int(b) - int(a)) % 10 == 1 for a, b in pairwise(signs))
+    numbers = [int(word) for word in words]
+    ascending = all(after > before for before, after in pairwise(numbers))
+    return digits or len(signs) < 3 or (len(words) > 2 and ascending)
 
 
 def _may_draw(beside: Sequence[Line]) -> bool:

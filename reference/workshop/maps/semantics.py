@@ -17,7 +17,6 @@ from scipy import ndimage
 
 from reference.building import (
     OUTSIDE,
-    Area,
     Building,
     Kind,
     Landmark,
@@ -171,18 +170,41 @@ def _rimmed(building: Building, floor: Floor) -> np.ndarray:
 def _gates(building: Building, floor: Floor) -> Iterator[Mistake]:
     """Find doors, entrances and exits that join nothing, or the wrong things."""
     outside = ndimage.binary_dilation(_rimmed(building, floor) == " ")[1:-1, 1:-1]
+    find_gaps = cache(partial(_gaps, building.signs[floor.index]))
     for gate in building.landmarks:
-        if gate.floor == floor.index:
-            leads_outside = bool(outside[*gate.cells.T].any())
-            wrong = _wrong(building, gate, leads_outside)
-            if wrong:
-                sign = _instead(building, gate, wrong)
-                edits = floor.typed(sign, gate.cells)
-                kind = f"{wrong}-wall" if (wrong, sign) in _WALLS_FIRST else wrong
-                yield floor.mistake(kind, gate.cells[0], edits=edits)
+        if gate.floor != floor.index:
+            continue
+        leads_outside = bool(outside[*gate.cells.T].any())
+        wrong = _wrong(building, gate, leads_outside)
+        gap = None
+        if wrong == "door-nowhere" and len(gate.sides) == 1:
+            gap = _gap_beside(gate, *find_gaps())
+        if gap:
+            edits = floor.typed("#", [gap])
+            place = _place(floor, np.array(gap))
+            yield floor.mistake("door-gap", gate.cells[0], edits=edits, place=place)
+        elif wrong:
+            sign = _instead(building, gate, wrong)
+            edits = floor.typed(sign, gate.cells)
+            kind = f"{wrong}-wall" if (wrong, sign) in _WALLS_FIRST else wrong
+            yield floor.mistake(kind, gate.cells[0], edits=edits, plain=sign)
 
 
-_WALLS_FIRST = [("door-outside", "#"), ("exit-indoors", "#")]
+_WALLS_FIRST = [("door-outside", "#"), ("exit-indoors", "#"), ("exit-indoors", ".")]
+
+
+def _gap_beside(gate: Landmark, parts: np.ndarray, gaps: Gaps) -> Any:
+    """The gap that joins what lies on opposite sides of a door; None if there is none.
+
+    parts, gaps: see `_gaps`
+    """
+    for row, column in gate.cells.tolist():
+        for down, right in ((1, 0), (0, 1)):
+            one = int(parts[row - down, column - right])
+            other = int(parts[row + down, column + right])
+            if gaps.get((one, other)):
+                return gaps[one, other]
+    return None
 
 
 def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
@@ -198,13 +220,29 @@ def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
 
 
 def _instead(building: Building, gate: Landmark, wrong: str) -> str:
-    """What to type for a gate that is wrong: another gate, if it is one, or a wall."""
+    """What to type for a gate that is wrong: another gate, if it is one; else a wall.
+
+    In the open it is floor.
+    """
     kinds = _kinds_beside(building, gate)
     if wrong == "exit-indoors" and "room" in kinds and len(kinds) == 2:
         return "+"
     if wrong == "door-outside" and kinds == ["room"] and gate.floor == 0:
         return "E"
-    return "#"
+    indoors = wrong in ("door-nowhere", "exit-indoors")
+    return "." if indoors and _is_in_the_open(building, gate) else "#"
+
+
+def _is_in_the_open(building: Building, gate: Landmark) -> bool:
+    """Whether a gate has one room around it, and no wall at two opposite sides."""
+    low = gate.cells.min(axis=0)
+    high = gate.cells.max(axis=0)
+    here = building.area[gate.floor][low[0] - 1 : high[0] + 2, low[1] - 1 : high[1] + 2]
+    rooms = np.unique(here[here >= 0])
+    above, below = (here[row, 1:-1] < 0 for row in (0, -1))
+    left, right = (here[1:-1, column] < 0 for column in (0, -1))
+    ends = (above & below).any() or (left & right).any()
+    return len(rooms) == 1 and not ends
 
 
 def _kinds_beside(building: Building, gate: Landmark) -> list[str]:
@@ -551,8 +589,8 @@ def _copied(
 ) -> list[Edit]:
     """Draw a floor's stairwell on another one, in the same place.
 
-    Nothing where a room is in its way. What was drawn elsewhere becomes a wall, or
-    floor where the other has some.
+    Nothing where a room is in its way, but for one that is all within its shaft. What
+    was drawn elsewhere becomes a wall, or floor where the other has some.
     """
     if not 0 <= target < building.floors:
         return []
@@ -567,7 +605,9 @@ def _copied(
         doors = _entrances(signs, mine)
 
     named = is_room(there) & (there != ".")
-    taken = is_room(there) | (there == "E") | ((there == "+") & ~old_doors)
+    parts, _ = ndimage.label(is_room(there))
+    rooms = np.isin(parts, parts[~mine]) & (parts > 0)
+    taken = rooms | (there == "E") | ((there == "+") & ~old_doors)
     if taken[mine].any() or named[beside].any():
         return []
 
@@ -661,17 +701,77 @@ def _door_place(
 # -- What is no mistake, and rarely meant -------------------------------------------
 
 
-def touching(building: Building) -> Iterator[tuple[Area, Area]]:
-    """Find rooms that touch at a corner only, where people see but cannot pass."""
-    for area, kind in zip(building.area, building.kind, strict=True):
-        for pairs in (_across(area, kind), _across(area[:, ::-1], kind[:, ::-1])):
-            for first, second in pairs:
-                yield building.areas[first], building.areas[second]
+class Note(NamedTuple):
+    """What may be meant, and where; line and column count from 1."""
+
+    line: int
+    column: int
+    what: str
+
+    def __str__(self) -> str:
+        return f"{self.line}:{self.column}: {self.what}"
 
 
-def _across(area: np.ndarray, kind: np.ndarray) -> np.ndarray:
-    """Find rooms that meet south-east of a cell, where two walls meet as well: (k, 2).
+def notes_on(building: Building, page: Page) -> list[Note]:
+    """Find what is rarely meant, in the order of the page."""
+    notes = [*_short_rows(page)]
+    what = "two rooms touch at this corner; nobody passes there. Draw a wall, or a door"
+    for floor in page.floors:
+        for corner in touching(building, floor.index):
+            row, column = corner.cell
+            notes.append(Note(floor.rows[row].number, column + 1, f"{what}."))
+    return sorted(notes)
 
+
+MOST_MISSING = 2  # signs of a row; one that is shorter ends so
+
+
+def _short_rows(page: Page) -> Iterator[Note]:
+    """Find rows a little shorter than both beside them, which are equally long."""
+    for floor in page.floors:
+        for above, row, below in zip(
+            floor.rows, floor.rows[1:], floor.rows[2:], strict=False
+        ):
+            columns = len(row.code)
+            around = len(above.code)
+            if around == len(below.code) and 0 < around - columns <= MOST_MISSING:
+                what = f"this row has {columns} columns, those above and below {around}"
+                yield Note(row.number, columns, f"{what}: is a sign missing?")
+
+
+class Corner(NamedTuple):
+    """Two rooms that touch at a corner, and the first cell there."""
+
+    rooms: frozenset[str]
+    cell: tuple[int, int]
+
+
+def touching(building: Building, floor: int) -> list[Corner]:
+    """Find rooms of a floor that touch at a corner only: people see, but cannot pass.
+
+    Each pair once.
+    """
+    area = building.area[floor]
+    kind = building.kind[floor]
+    last = area.shape[1] - 1
+    corners: dict[frozenset[str], Corner] = {}
+    found = [
+        *_across(area, kind),
+        *(
+            (*pair, row, last - c)
+            for *pair, row, c in _across(area[:, ::-1], kind[:, ::-1])
+        ),
+    ]
+    for one, other, row, column in sorted(found, key=itemgetter(2, 3)):
+        rooms = frozenset(building.areas[index].id for index in (one, other))
+        corners.setdefault(rooms, Corner(rooms, (row, column)))
+    return [*corners.values()]
+
+
+def _across(area: np.ndarray, kind: np.ndarray) -> list[list[int]]:
+    """Find rooms that meet south-east of a cell, where two walls meet as well.
+
+    Of each place both rooms, and the row and column of the first one's cell.
     area, kind: (rows, columns) of a floor; for south-west, mirror both
     """
     north_west = area[:-1, :-1]
@@ -679,4 +779,8 @@ def _across(area: np.ndarray, kind: np.ndarray) -> np.ndarray:
     rooms = (north_west >= 0) & (south_east >= 0) & (north_west != south_east)
     walls = (kind[1:, :-1] == Kind.WALL) & (kind[:-1, 1:] == Kind.WALL)
     touch = rooms & walls
-    return np.column_stack([north_west[touch], south_east[touch]])
+    cells = np.argwhere(touch)
+    found: list[list[int]] = np.column_stack(
+        [north_west[touch], south_east[touch], cells]
+    ).tolist()
+    return found

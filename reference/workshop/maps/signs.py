@@ -199,7 +199,7 @@ def _walls(board: Board) -> None:
 
 
 def _floors(board: Board) -> None:
-    """Find signs that fill rooms; beside drawn floor a shaft is none."""
+    """Find signs that fill rooms; beside others a shaft is none."""
     inside = ~rim_of(board) & ~np.isin(board.plain, ["#", "+", "E"]) & ~_outside(board)
     signs = board.plain[inside]
     for sign in _signs_in(board, besides=_MEANT):
@@ -207,22 +207,28 @@ def _floors(board: Board) -> None:
         share = FLOOR_SHARE
         if sign in "ABCD":
             share = 0.5
-            if "." in signs and _is_shaft(board, board.plain == sign):
+            beside_others = bool((signs != sign).any())
+            if beside_others and _is_shaft(board, board.plain == sign):
                 continue
         if count >= max(FEWEST_CELLS, share * len(signs)):
             _type(board, sign, ".")
 
 
 def _doors(board: Board) -> None:
-    """Find letters that stand in gaps between walls: doors."""
+    """Find letters that stand in gaps between walls: doors.
+
+    In a narrow room the letters of a name stand so, too: only those alone are asked.
+    """
     outside = _outside(board)
+    words = _in_words(board)
     wall = np.isin(board.plain, ["#", "+", "E"])
     for sign in _signs_in(board, besides=_MEANT):
         here = board.plain == sign
         gaps = _gaps(here, wall, outside)
         if not len(gaps) or len(gaps) < GAP_SHARE * here.sum():
             continue
-        is_name = sign in _OF_NAMES and _most(board, gaps) < 2
+        alone = gaps[~words[*gaps.T]]
+        is_name = sign in _OF_NAMES and _most(board, alone) < 2
         if not is_name and not (sign in "ABCD" and _is_shaft(board, here)):
             board.plain[*gaps.T] = "+"
             _type(board, sign, "+")
@@ -230,12 +236,18 @@ def _doors(board: Board) -> None:
 
 
 def _most(board: Board, cells: np.ndarray) -> int:
-    """The most parts of these (k, 2) cells that one floor has."""
+    """The most parts of one size of these (k, 2) cells that one floor has.
+
+    Rooms may be called `b` and `bb`, but no two of a floor are called alike.
+    """
+    if not len(cells):
+        return 0
     where = np.zeros(board.plain.shape, bool)
     where[*cells.T] = True
     parts, _ = ndimage.label(where)
-    first = np.unique(parts[*cells.T], return_index=True)[1]
-    return int(np.bincount(board.floor[cells[first, 0]]).max())
+    _, first, sizes = np.unique(parts[*cells.T], return_index=True, return_counts=True)
+    alike = np.column_stack([board.floor[cells[first, 0]], sizes])
+    return int(np.unique(alike, axis=0, return_counts=True)[1].max())
 
 
 def _is_shaft(board: Board, here: np.ndarray) -> bool:
@@ -291,14 +303,18 @@ def _others(board: Board) -> None:
     rim = rim_of(board)
     words = _in_words(board)
     within = _in_word(board)
-    for sign in _signs_in(board, besides=_MEANT):
+    for sign in _signs_in(board, besides=_MEANT + "ABCD"):
+        if free:
+            stairs = _closed_in(board, sign)
+            if stairs.any() and _is_shaft(board, stairs):
+                board.plain[stairs] = free.pop(0)
+        here = board.plain == sign
         if sign in _OF_NAMES:
             if _is_everywhere(board, sign):
                 _type(board, sign, ".")
             continue
-        if sign in "ABCD" or has_no_width(sign):
+        if has_no_width(sign):
             continue
-        here = board.plain == sign
         if sign.isupper():
             here &= ~words
             if free and here.any() and _is_shaft(board, here):
@@ -308,6 +324,27 @@ def _others(board: Board) -> None:
             here &= ~within
         board.plain[here] = "."
         board.plain[here & rim] = "#"
+
+
+def _closed_in(board: Board, sign: str) -> np.ndarray:
+    """Where a sign fills a place closed in by walls and a door, as stairs do.
+
+    A small letter in one row may be a name.
+    """
+    here = board.plain == sign
+    upright = here & np.roll(here, 1, 0)
+    is_name = sign in ascii_lowercase
+    if is_name and not upright.any():
+        return np.zeros_like(here)
+    door = board.plain == "+"
+    open_ = ~(here | door | (board.plain == "#"))
+    parts, _ = ndimage.label(here)
+    entered = np.unique(parts[here & ndimage.binary_dilation(door)])
+    opened = np.unique(parts[here & ndimage.binary_dilation(open_)])
+    closed = np.setdiff1d(entered, opened)
+    if is_name:
+        closed = np.intersect1d(closed, parts[upright])
+    return np.isin(parts, closed) & here
 
 
 def _in_word(board: Board) -> np.ndarray:

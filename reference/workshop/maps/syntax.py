@@ -30,6 +30,7 @@ from reference.workshop.maps.pages import (
     Line,
     Page,
     heading_meant,
+    is_closed,
 )
 from reference.workshop.maps.signs import (
     Board,
@@ -67,12 +68,17 @@ def _longest(page: Page) -> Iterator[Mistake]:
 # -- Characters ---------------------------------------------------------------------
 
 
+ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"
+
+
 def _foreign_signs(page: Page) -> Iterator[Mistake]:
     """Find what is not ASCII in headings and notes, and what shifts a row.
 
     Other signs of rows are explained by where they stand.
     """
     rows = {row.number for row in page.rows}
+    said = page.size[0] if page.settings["size"] else 0
+    columns = said or page.drawn["columns"]
     for line in page.lines:
         code = len(line.code) if line.number in rows else 0
         for foreign in re.finditer(r"[^\t -~]", line.written):
@@ -81,9 +87,11 @@ def _foreign_signs(page: Page) -> Iterator[Mistake]:
             if sign in "\0\ufffd":
                 yield line.mistake("not-text", start + 1)
                 return
-            if start < code and not has_no_width(sign):
-                continue
             plain = "" if has_no_width(sign) else ascii_of(sign)
+            if sign == ELLIPSIS and code + 2 * line.code.count(sign) <= columns:
+                plain = "..."  # what a word processor makes of it
+            elif start < code and not has_no_width(sign):
+                continue
             yield line.mistake(
                 "foreign-alike" if plain else "foreign",
                 start + 1,
@@ -95,6 +103,21 @@ def _foreign_signs(page: Page) -> Iterator[Mistake]:
 
 _WORD = re.compile(r"[a-z]+(?:[_-][a-z0-9]+)+|[A-Za-z0-9]+|([^ #.+])\1*")
 _MEANS = re.compile(r"E*([A-D]*|[a-z][a-z0-9]*)E*")
+
+
+def _words_behind(page: Page) -> Iterator[Mistake]:
+    """Find words behind a row, apart from it, beyond the width that the file says."""
+    width = page.size[0] if page.settings["size"] else 0
+    for row in page.rows if width else []:
+        start = width + len(row.code[width:]) - len(row.code[width:].lstrip())
+        behind = row.code[start:]
+        is_apart = row.code[start - 1 : start].isspace() and bool(row.code[:width])
+        if is_apart and re.search("[A-Za-z]", behind) and not _DRAWN.search(behind):
+            edits = [row.typed("; ", start, start)]
+            yield row.mistake("words-behind", start + 1, edits=edits)
+
+
+_DRAWN = re.compile(r"[#+]|\.\.")
 
 
 def _notes_in_rows(page: Page) -> Iterator[Mistake]:
@@ -130,7 +153,7 @@ def _signs(page: Page) -> Iterator[Mistake]:
         new = name.ljust(len(words), ".")
         edits = [rows[row].typed(new, start - 1, start - 1 + len(words))]
         yield rows[row].mistake("two-words", start, words=words, name=name, edits=edits)
-    yield from _words(board, rows)
+    yield from _words(board, rows, spaced)
 
 
 def _sign(rows: Sequence[Line], sign: str, plain: str, cells: np.ndarray) -> Mistake:
@@ -169,7 +192,7 @@ def _ends_of_runs(cells: np.ndarray) -> np.ndarray:
 
 def _two_words(board: Board) -> Iterator[tuple[tuple[int, int], str]]:
     """Find words with a blank between them, in a room: the place, and the words."""
-    spaced = re.compile(r"[a-zA-Z][a-zA-Z0-9]+(?: [a-zA-Z0-9]{2,})+")
+    spaced = re.compile(r"[a-zA-Z][a-zA-Z0-9]+(?: (?:[0-9]+|[a-zA-Z0-9]{2,}))+")
     signs = np.where(board.drawn == " ", " ", board.plain)
     for row in np.flatnonzero((board.drawn == " ").any(axis=1)):
         for words in spaced.finditer("".join(signs[row])):
@@ -208,8 +231,15 @@ def _closed_blanks(
             yield rows[row].mistake(kind, column, edits=edits)
 
 
-def _words(board: Board, rows: Sequence[Line]) -> Iterator[Mistake]:
-    """Find words that are no room's name."""
+def _words(
+    board: Board, rows: Sequence[Line], spaced: dict[tuple[int, int], str]
+) -> Iterator[Mistake]:
+    """Find words that are no room's name, but for those that are parts of one."""
+    parts = {
+        (row, start + n)
+        for (row, start), words in spaced.items()
+        for n in range(len(words))
+    }
     rim = rim_of(board)
     for number, row in enumerate(rows):
         text = "".join(board.plain[number]) if row else ""
@@ -218,6 +248,8 @@ def _words(board: Board, rows: Sequence[Line]) -> Iterator[Mistake]:
             place = match.start()
             capital = re.match(r"E(?=[a-z])", word) and not rim[number, place]
             if _MEANS.fullmatch(word) and not capital:
+                continue
+            if (number, place) in parts:
                 continue
             name = _name_for(word)
             edits = [row.typed(name.ljust(len(word), "."), place - 1, match.end() - 1)]
@@ -281,7 +313,10 @@ def _heading(page: Page, floor: Floor, follows: int, *, draws: bool) -> Mistake:
     alike = _range_meant(line)
     if alike is not None and kind in ("heading-floor", "heading-drawing"):
         return _range_heading(line, alike, follows)
-    words = re.sub(r"(?i)^\W*(\w+\s*[\d-]*\s*:|\w+)\s*:?", "", line.code).strip(" :")
+    key = r"\w+\s*[\d-]*\s*:|\w+"
+    if kind == "heading-floor":  # its number, or a word for one
+        key = r"\w+(?:\s+\w+|\s*[\d-]+)?\s*:|\w+\s*[\d-]*"
+    words = re.sub(rf"^\W*({key})\s*:?", "", line.code).strip(" :.-")
     facts = {"floor": follows, "above": follows + 1, **page.drawn}
     new = {
         "heading-building": f"building: {words or 'NAME'}",
@@ -353,14 +388,22 @@ def _settings(page: Page) -> Iterator[Mistake]:
 
 
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
-    """Find too many floors, or the first out of order: the next may be right then."""
+    """Find too many floors, or the first out of order: the next may be right then.
+
+    Where no number is missing, the drawings are in the wrong order: nothing is typed.
+    """
+    numbers: list[int] = []
     total = 0
     for floor in page.floors:
+        numbers += floor.numbers
         total += len(floor.numbers) or 1
         if total > MOST_FLOORS:
             yield floor.heading.mistake("floor-limit", most=MOST_FLOORS)
             return
 
+    ordered = sorted(numbers)
+    no_gap = all(after - before == 1 for before, after in pairwise(ordered))
+    moved = no_gap and numbers != ordered
     follows = 1
     for at, floor in enumerate(page.floors):
         if floor.headless:  # only the first can be
@@ -372,9 +415,12 @@ def _floor_numbers(page: Page) -> Iterator[Mistake]:
             edits = [above.heading.typed(None)]
             yield above.heading.mistake("heading-again", first=first, edits=edits)
             return
+        facts: dict[str, Any] = {"first": first, "follows": follows}
+        if first != follows and moved:
+            yield floor.heading.mistake("floor-move", **facts)
+            return
         if first != follows:
             edits = list(_counted_on(page.floors[at:], follows))
-            facts = {"first": first, "follows": follows}
             yield floor.heading.mistake("floor-order", edits=edits, **facts)
             return
         follows = floor.numbers[-1] + 1
@@ -508,14 +554,70 @@ def _heights(page: Page, height: int, resize: list[Edit]) -> Iterator[Mistake]:
         count = len(floor.rows)
         if count == height:
             continue
+        if count > height and _are_floors(floor.rows, height):
+            yield _floors_in_one(floor, height)
+            continue
         if whole and count:
-            yield _rows_made_right(floor, [row.code for row in whole.rows])
+            codes = [row.code for row in whole.rows]
+            yield _rows_outside(floor, codes) or _rows_made_right(floor, codes)
             continue
         line = floor.rows[height] if count > height else floor.heading
         kind = "rows-size" if resize else "rows"
         facts: dict[str, Any] = {"count": count, "height": height}
         facts["resize"] = _SIZE.format(**page.drawn)
         yield line.mistake(kind, edits=resize, **facts)
+
+
+def _are_floors(rows: Sequence[Line], height: int) -> bool:
+    """Whether rows are several drawings of this height, one below the other."""
+    parts = (rows[start : start + height] for start in range(0, len(rows), height))
+    return len(rows) % height == 0 and all(map(is_closed, parts))
+
+
+def _floors_in_one(floor: Floor, height: int) -> Mistake:
+    """Write a heading above each further drawing; none if one heading says several."""
+    follows = floor.numbers[0] + 1 if floor.numbers else 2
+    edits = [
+        row.above(f"floor {storey}:")
+        for storey, row in enumerate(floor.rows[height::height], follows)
+    ]
+    return floor.rows[height].mistake(
+        "rows-heading",
+        floor=follows,
+        count=len(floor.rows),
+        height=height,
+        edits=edits if len(floor.numbers) < 2 else [],
+    )
+
+
+def _rows_outside(floor: Floor, whole: Sequence[str]) -> Mistake | None:
+    """Find rows left out of a closed drawing: all is outside there.
+
+    They are typed where the stairwells are in line with another floor's then, unless
+    both drawings begin and end alike: some in the middle may be lost.
+    """
+    rows = floor.rows
+    lost = len(whole) - len(rows)
+    alike = all(
+        len(rows[end].code.lstrip()) == len(whole[end].lstrip())
+        and len(rows[end].code) == len(whole[end])
+        for end in (0, -1)
+    )
+    if lost < 1 + alike or not is_closed(rows):
+        return None
+    facts: dict[str, Any] = {"count": len(rows), "height": len(whole)}
+    stairs = [re.sub("[^A-D]", " ", row).rstrip() for row in whole]
+    mine = [re.sub("[^A-D]", " ", row.code).rstrip() for row in rows]
+    above = [k for k in range(lost + 1) if stairs[k : k + len(mine)] == mine]
+    if alike or len(above) != 1:
+        return rows[0].mistake("rows-outside", **facts)
+    facts["above"] = above[0]
+    facts["below"] = lost - above[0]
+    edits = [rows[0].above(*above[0] * ["#"])] if above[0] else []
+    if facts["below"]:
+        end = len(rows[-1].written)
+        edits.append(rows[-1].typed(facts["below"] * "\n#", end))
+    return rows[0].mistake("rows-outside-at", edits=edits, **facts)
 
 
 def _rows_made_right(floor: Floor, whole: Sequence[str]) -> Mistake:
@@ -594,7 +696,7 @@ def syntax_stages(page: Page, standing: Standing) -> Iterator[Iterable[Mistake]]
     """Yield what each stage of checks finds, once the stages before find nothing."""
     yield _wrapping(page)
     yield chain(_foreign_signs(page), wide_signs(page, standing), _longest(page))
-    yield chain(_headings(page), tabs(page, standing))
+    yield chain(_headings(page), tabs(page, standing), _words_behind(page))
     yield chain(
         _head(page),
         _settings(page),
