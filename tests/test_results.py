@@ -477,7 +477,7 @@ FIRES_ANYWHERE = ("random", "busiest")
     [
         (lines_of_buildings, 4),
         (lines_of_tenths, 14),
-        (lines_of_league, 13),
+        (lines_of_league, 15),
         (lines_of_by_age, 6),
         (partial(lines_of_from_nothing, "from_nothing"), 13),
         (partial(lines_of_from_nothing, "from_nothing_again"), 8),
