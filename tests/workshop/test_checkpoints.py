@@ -25,6 +25,7 @@ from reference.workshop.training.checkpoints import (
     CheckpointError,
     keep_checkpoint,
     load_checkpoint,
+    newest_checkpoint,
     save_checkpoint,
 )
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
@@ -93,6 +94,18 @@ def test_only_checkpoints_of_the_rounds_named_are_kept(checkpoint, tmp_path):
     names = ["checkpoint-1000000.pt", "checkpoint-999999.pt", "mine.pt"]
     assert sorted(p.name for p in tmp_path.iterdir()) == names
     assert load_checkpoint(tmp_path).round == 1_000_000
+
+
+@pytest.mark.parametrize("name", ["checkpoint-000000-good", "checkpoint-000012 (1)"])
+def test_a_copy_beside_the_checkpoints_is_nobody_s_newest(name, checkpoint, tmp_path):
+    """It is not resumed from, and stays."""
+    copy = tmp_path / f"{name}.pt"
+    save_checkpoint(checkpoint, copy)
+    assert newest_checkpoint(tmp_path) is None
+    for number in (3, 4):
+        kept = keep_checkpoint(replace(checkpoint, round=number), tmp_path)
+        assert newest_checkpoint(tmp_path) == kept
+    assert copy.exists() and load_checkpoint(tmp_path).round == 4
 
 
 def test_a_full_disk_leaves_the_last_good_checkpoint_as_it_was(checkpoint, path):
@@ -200,7 +213,7 @@ def test_refuses_to_run_code_that_a_file_brings(tmp_path):
 def test_refuses_progress_that_is_none(checkpoint, part, value, tmp_path):
     """When a training is to go on, not rounds later."""
     odd = replace(checkpoint, progress=checkpoint.progress | {part: value})
-    save_checkpoint(odd, tmp_path / "checkpoint-1.pt")
+    save_checkpoint(odd, tmp_path / "checkpoint-000001.pt")
     with pytest.raises(CheckpointError, match="its parts do not fit each other"):
         resume_training(tmp_path)
 

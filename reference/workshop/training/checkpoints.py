@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
+from re import fullmatch
 from sys import intern
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -35,7 +36,6 @@ from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.families import Family
 from reference.workshop.training.presets import Settings
 
-FILE_PATTERN = "checkpoint-[0-9]*.pt"
 KIND = "checkpoint of fire-rescue-reference"
 FORMAT = 9
 """Grows whenever settings, observations, actions or networks mean something else."""
@@ -140,13 +140,19 @@ def keep_checkpoint(
     save_checkpoint(checkpoint, path)
     # Only now: a disk that is full must not cost the checkpoint before.
     stay = {path, *(_file_of(number, folder) for number in rounds)}
-    for old in set(folder.glob(FILE_PATTERN)) - stay:
+    for old in {*checkpoints_in(folder)} - stay:
         old.unlink(missing_ok=True)
     return path
 
 
 def _file_of(number: int, folder: Path) -> Path:
     return folder / f"checkpoint-{number:06}.pt"
+
+
+def _round_of(path: Path) -> int | None:
+    """The round in a checkpoint's name; None where the name is not ours: a copy's."""
+    named = fullmatch(r"checkpoint-([0-9]{6,})\.pt", path.name)
+    return int(named[1]) if named else None
 
 
 def newest_checkpoint(folder: Path) -> Path | None:
@@ -156,8 +162,9 @@ def newest_checkpoint(folder: Path) -> Path | None:
 
 def checkpoints_in(folder: Path) -> list[Path]:
     """All checkpoints in a folder, the latest last."""
-    paths = folder.glob(FILE_PATTERN)
-    return sorted(paths, key=lambda path: (len(path.name), path.name))
+    rounds = {path: _round_of(path) for path in folder.glob("*.pt")}
+    own = {path: number for path, number in rounds.items() if number is not None}
+    return sorted(own, key=own.__getitem__)
 
 
 def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
