@@ -369,6 +369,23 @@ def test_a_worker_that_has_died_costs_the_round_that_it_played(tmp_path):
     assert load_checkpoint(tmp_path).round == training.round == 1
 
 
+def test_a_stop_that_comes_again_waits_until_all_is_saved(tmp_path, monkeypatch):
+    """Else all rounds since the last checkpoint that a side keeps were lost."""
+    late = {"checkpoint_interval": 1000}
+    training = begun(tiny(robots=late, fire=late))
+    collect = training.checkpoint
+
+    def stopped():
+        if training.round:
+            signal.raise_signal(signal.SIGINT)
+        return collect()
+
+    monkeypatch.setattr(training, "checkpoint", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        run_training(training, tmp_path, Stopped(1))
+    assert load_checkpoint(tmp_path).round == training.round == 1
+
+
 def test_a_copy_that_is_done_stays_where_there_is_nothing_to_decide_later(tmp_path):
     """It plays by its name; what copied nothing leaves nothing."""
     short = tiny(scenario=replace(tiny().scenario, time_limit=1.0))

@@ -85,7 +85,8 @@ def run_training(
                     if due:
                         _save(training, folder, due)
     except (KeyboardInterrupt, BrokenExecutor):
-        _save(training, folder, ())  # a temporary one, to resume from
+        with stop_delayed("saving"):  # one that comes again, too
+            _save(training, folder, ())  # a temporary one, to resume from
         raise
     except SettingsError:
         copied = training.task.imitate and training.imitated
