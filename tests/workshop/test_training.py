@@ -360,12 +360,13 @@ def test_a_round_that_is_being_played_is_dropped(tmp_path):
     assert equal(load_checkpoint(tmp_path).learners, begun().checkpoint().learners)
 
 
-def test_a_worker_that_has_died_costs_the_round_that_it_played(tmp_path):
-    """Though no side would keep a checkpoint yet."""
+@pytest.mark.parametrize("why", [BrokenExecutor, MemoryError, ZeroDivisionError])
+def test_a_worker_that_has_died_costs_the_round_that_it_played(why, tmp_path):
+    """Though no side would keep a checkpoint yet; so does any error of a job."""
     late = {"checkpoint_interval": 1000}
     training = begun(tiny(robots=late, fire=late))
-    with pytest.raises(BrokenExecutor):
-        run_training(training, tmp_path, Stopped(1, BrokenExecutor))
+    with pytest.raises(why):
+        run_training(training, tmp_path, Stopped(1, why))
     assert load_checkpoint(tmp_path).round == training.round == 1
 
 
