@@ -215,6 +215,22 @@ def test_calm_comes_before_the_fires(fixed):
     assert training.learning() == ["robots", "fire"][: 2 - len(fixed)]
 
 
+@pytest.mark.paper("E6", "chosen")
+def test_a_fire_may_wait_for_its_first_job_after_the_calm():
+    """Others stand in for it in whole rounds: it has decided nothing, and goes on."""
+    training = begun(tiny(calm=0.3, random_fires=0.9))
+    robots = training.learners["robots"]
+    while training.calm:
+        training.learn([e for job in training.jobs() for e in play(job)])
+    assert training.learning() == ["robots", "fire"]
+    jobs = training.jobs()
+    assert [job.record for job in jobs] == [("robots",)] * 2
+    before = robots.steps
+    training.learn([e for job in jobs for e in play(job)])
+    assert robots.steps > before
+    assert training.learners["fire"].steps == 0
+
+
 @pytest.mark.paper("E6")
 def test_several_that_do_not_learn_play_in_turn():
     """Job by job, on from one round to the next; scripts and networks."""

@@ -231,6 +231,12 @@ class Training:
             return {"fire": FIRES[name]()}
         return self._earlier(job - before)
 
+    def _sides_with_jobs(self) -> set[Side]:
+        """The sides that play in this round: others may stand in all through."""
+        first = self.round * self.settings.jobs_per_round
+        jobs = range(first, first + self.settings.jobs_per_round)
+        return {side for job in jobs for side in SIDES if side not in self._others(job)}
+
     def _earlier(self, job: int) -> dict[Side, Any]:
         """Let a side play as it was earlier, in the league's share of jobs.
 
@@ -268,7 +274,7 @@ class Training:
     def learn(self, episodes: Sequence[Episode]) -> list[SummaryRow]:
         """Update the learners whose turn it is; return the summary rows due.
 
-        Raises SettingsError if in their first round they had nothing to decide.
+        Raises SettingsError if in their first jobs they had nothing to decide.
         """
         with one_thread():
             if not self.imitated:
@@ -282,13 +288,14 @@ class Training:
         self.latest = {name: mean(f[name] for f in facts) for name in facts[0]}
         phase = "together" if len(learning) > 1 else learning[0]
         when = {"round": self.round + 1, "episodes": self.episodes, "phase": phase}
+        with_jobs = self._sides_with_jobs()
 
         rows: list[SummaryRow] = []
         for side in learning:
             learner = self.learners[side]
             learner.add(trajectories_of(side, episodes))
             update = self._update(side) if learner.full else {}
-            if not learner.steps:
+            if not learner.steps and side in with_jobs:
                 raise SettingsError(
                     f"{side}: nothing to decide in a whole round. Give the scenario "
                     "more time, people, robots or sources."
