@@ -3,6 +3,7 @@
 import os
 from copy import deepcopy
 from dataclasses import replace
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -184,6 +185,18 @@ def test_refuses_content_that_is_not_a_checkpoint_s(path, place, value, message)
     inner[last] = value
     torch.save(content, path)
     with pytest.raises(CheckpointError, match=message):
+        load_checkpoint(path)
+
+
+def test_refuses_a_file_of_torch_s_older_kind_with_an_archive_behind_it(path):
+    """The archive's check sums would be looked at, the older kind be read."""
+    with ZipFile(path.with_suffix(".zip"), "w") as archive:
+        archive.writestr("room", bytes(path.stat().st_size))
+    content = torch.load(path, weights_only=True)
+    torch.save(content, path, _use_new_zipfile_serialization=False)
+    with path.open("ab") as file:
+        file.write(path.with_suffix(".zip").read_bytes())
+    with pytest.raises(CheckpointError, match="is damaged, or is no checkpoint"):
         load_checkpoint(path)
 
 

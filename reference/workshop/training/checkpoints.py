@@ -37,6 +37,8 @@ from reference.workshop.training.families import Family
 from reference.workshop.training.presets import Settings
 
 KIND = "checkpoint of fire-rescue-reference"
+ARCHIVE = b"PK\3\4"
+"""How a zip begins that has something in it."""
 FORMAT = 9
 """Grows whenever settings, observations, actions or networks mean something else."""
 
@@ -225,6 +227,8 @@ def _content(path: Path, advice: str) -> dict[str, Any]:
     refuse_no_file(path)
     damaged = must_fit(path, "is damaged, or is no checkpoint", advice)
     with path.open("rb") as file, damaged:
+        if file.read(4) != ARCHIVE:  # torch would read an older kind, unchecked
+            raise BadZipFile
         archive = ZipFile(file)
         packed = [part for part in archive.infolist() if part.compress_type]
         if packed or archive.testzip():  # torch compresses nothing, and does not look
