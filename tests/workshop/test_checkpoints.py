@@ -3,6 +3,7 @@
 import os
 from copy import deepcopy
 from dataclasses import replace
+from functools import reduce
 from zipfile import ZipFile
 
 import numpy as np
@@ -151,6 +152,7 @@ NAN = {"weight": torch.tensor([0.0, torch.nan])}
 HALF = {"weight": torch.zeros(2, dtype=torch.float16)}
 NARROW = {"weight": torch.zeros(2)}
 VAST = {"weight": torch.zeros(1).expand(10**6, 10**6)}
+SHARED = reduce(lambda inner, _: [inner, inner], range(20), [])
 HOLE = "building: x\nsize: 4 x 3\nfloor 1:\n####\n#..E\n#.##\n"
 
 
@@ -166,11 +168,12 @@ HOLE = "building: x\nsize: 4 x 3\nfloor 1:\n####\n#..E\n#.##\n"
         ("learners robots actor", NAN, "no finite numbers"),
         ("learners fire optimiser", NAN, "no finite numbers"),
         ("learners robots actor", HALF, "weights of another type, torch.float16"),
-        ("learners robots optimiser", VAST, "tensors larger than the file"),
+        ("learners robots optimiser", VAST, "parts larger than the file"),
         ("learners robots versions", {0: NARROW}, "of another shape, of round 0"),
         ("learners fire versions", {0: {}}, "of another shape, of round 0"),
         ("learners fire versions", {-1: {}}, "a version of round -1"),
         ("learners fire versions", {"0": {}}, "a version of round 0"),
+        ("more", SHARED, "parts larger than the file"),
         ("task plan", HOLE, "there is a hole in the outer wall"),
         ("task plan", HOLE.replace("4 x 3", "9000 x 300"), "1 to 200 columns"),
     ],

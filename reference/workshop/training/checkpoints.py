@@ -11,6 +11,7 @@ from copy import deepcopy
 from dataclasses import asdict, dataclass, field, fields, replace
 from hashlib import sha256
 from io import BytesIO
+from itertools import accumulate
 from pathlib import Path
 from re import fullmatch
 from sys import intern
@@ -235,11 +236,12 @@ def _content(path: Path, advice: str) -> dict[str, Any]:
             raise BadZipFile
         file.seek(0)
         content = torch.load(file, map_location="cpu", weights_only=True)
-        # A tensor of stride 0 claims gigabytes in a file of a few bytes.
-        claimed = sum(t.numel() * t.element_size() for t in _leaves(content, Tensor))
+        # A tensor of stride 0 claims gigabytes in a file of a few bytes, as does a list
+        # of a list twice, of a list twice, ...
+        claimed = accumulate(map(_size_of, _leaves(content, object)))
         there = sum(part.file_size for part in archive.infolist())
-        if claimed > there:
-            raise ValueError("tensors larger than the file")
+        if any(size > there for size in claimed):
+            raise ValueError("parts larger than the file")
         if not isinstance(content, Mapping) or content["kind"] != KIND:
             raise ValueError("of another program")
         return dict(content)
@@ -328,14 +330,21 @@ def _shapes_of(weights: Mapping[str, Tensor]) -> dict[str, torch.Size]:
 
 
 def _leaves(plain: Any, kind: Any) -> Iterator[Any]:
-    """Find all of a kind in plain data, however deep."""
+    """Find all of a kind in plain data, however deep; what is shared, each time."""
     if isinstance(plain, kind):
         yield plain
-    elif isinstance(plain, Mapping):
-        yield from _leaves([*plain.values()], kind)
-    elif isinstance(plain, list | tuple):
+    if isinstance(plain, Mapping):
+        plain = [*plain, *plain.values()]
+    if isinstance(plain, list | tuple):
         for part in plain:
             yield from _leaves(part, kind)
+
+
+def _size_of(part: Any) -> int:
+    """Bytes that a part has in a file, at least, without those in it."""
+    if isinstance(part, Tensor):
+        return part.numel() * part.element_size()
+    return len(part) if isinstance(part, str) else 1
 
 
 def _player(plain: Any) -> LearnedNetwork | str:
