@@ -264,6 +264,23 @@ def test_refuses_to_go_on_against_a_network_of_another_shape(checkpoint):
         Training.resumed(odd)
 
 
+@pytest.mark.parametrize(
+    ("fixed", "message"),
+    [
+        ({"fire": ("gredy",)}, "fire 'gredy' is unknown. Did you mean 'greedy'"),
+        ({"fire": ()}, "nobody plays fire"),
+        ({"fir": ("greedy",)}, "nobody plays fir"),
+    ],
+)
+def test_refuses_to_go_on_against_a_player_that_is_not_there(
+    fixed, message, checkpoint
+):
+    """Such as a fire of one's own that has another name now."""
+    odd = replace(checkpoint, task=replace(checkpoint.task, fixed=fixed))
+    with pytest.raises(ValueError, match=message):
+        Training.resumed(odd)
+
+
 # -- A learned policy is a strategy -------------------------------------------------
 
 

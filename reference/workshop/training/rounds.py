@@ -24,6 +24,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.storage.records import SettingsError, record_from
 from reference.workshop.storage.scenarios import differing, in_words
+from reference.workshop.storage.words import unknown_name
 from reference.workshop.storage.workers import chunks, one_thread, torch_threads
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.batches import LEARNERS_OF_SEVERAL
@@ -433,10 +434,15 @@ class Training:
         task = checkpoint.task
         training = cls(task)
         building = building_of(task.plans[0])  # of a family: an example
+        # What cannot play fails here, not in a worker.
         for side, players in task.fixed.items():
+            if side not in SIDES or not players:
+                raise ValueError(f"nobody plays {side!s:.60}")
             for who in players:
-                if isinstance(who, LearnedNetwork):  # fails here, not in a worker
+                if isinstance(who, LearnedNetwork):
                     who.player(side, building, task.settings.scenario)
+                elif who not in SCRIPTS[side]:
+                    raise ValueError(f"{side} {unknown_name(who, SCRIPTS[side])}")
         progress = record_from(Progress, checkpoint.progress, "progress")
         if not progress.imitated:
             return training
