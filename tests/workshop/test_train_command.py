@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import time
 from argparse import Namespace
@@ -238,6 +239,13 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     assert train("--out", "x", "--head", "floor", "--initialize-from", "learned") == 1
     assert "the network to begin with has head set. Ask for" in capsys.readouterr().err
     assert not os.path.exists("x")
+
+
+def test_train_begins_with_a_folder_that_is_called_as_a_strategy(once, run):
+    """Nobody begins with a strategy: its networks are meant."""
+    shutil.copytree(run, "fixed")
+    assert train("--out", "new", "--initialize-from", "fixed") == 0
+    assert list(load_checkpoint("new").task.initial) == ["robots", "fire"]
 
 
 def test_a_file_of_settings_is_read_once_and_each_note_told_once(once, run, capsys):

@@ -20,7 +20,7 @@ from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import CheckpointError, Task
 from reference.workshop.training.families import RANDOM, family_of, map_named
 from reference.workshop.training.mlagents import with_trainer_file
-from reference.workshop.training.policies import fixed_player
+from reference.workshop.training.policies import fixed_player, network_of
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.rounds import NETWORK_ROWS, Training
 
@@ -98,7 +98,7 @@ def _networks_to_begin_with(
     """Take the networks of a checkpoint for those who learn there and here.
 
     Robots that imitate begin with random ones. Raises CheckpointError if nobody learned
-    there who learns here, else as `fixed_player`.
+    there who learns here, else as `network_of`.
     """
     path = asked.initialize_from
     if path is None:
@@ -108,7 +108,7 @@ def _networks_to_begin_with(
     if asked.imitate:
         taken.add("robots")
     initial = {
-        side: fixed_player(path, side, building, scenario)
+        side: network_of(path, side, building, scenario)
         for side in SIDES
         if side not in taken and made.learned(side) is not None
     }
