@@ -403,6 +403,19 @@ def test_a_stop_that_comes_again_waits_until_all_is_saved(tmp_path, monkeypatch)
     assert load_checkpoint(tmp_path).round == training.round == 1
 
 
+def test_a_stop_while_robots_copy_leaves_the_first_checkpoint(tmp_path, capsys):
+    """Half a copy would play by its name; that copying begins anew is told, twice."""
+    training = begun(imitate="patrol")
+    with pytest.raises(KeyboardInterrupt):
+        run_training(training, tmp_path, Stopped(1))
+    assert "robots have not copied all: they begin anew" in capsys.readouterr().err
+    assert len(training.shown) == 1
+    first = load_checkpoint(tmp_path)
+    assert equal(first.learners, begun(imitate="patrol").checkpoint().learners)
+    told = Training.resumed(first).about()
+    assert told.endswith(", once robots have copied patrol, from its beginning")
+
+
 def test_a_copy_that_is_done_stays_where_there_is_nothing_to_decide_later(tmp_path):
     """It plays by its name; what copied nothing leaves nothing."""
     short = tiny(scenario=replace(tiny().scenario, time_limit=1.0))

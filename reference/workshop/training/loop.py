@@ -171,7 +171,13 @@ def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:
 
 
 def _save_to_resume(training: Training, folder: Path) -> None:
-    """Write a checkpoint that no side keeps; a stop that comes again waits."""
+    """Write a checkpoint that no side keeps; a stop that comes again waits.
+
+    Not while robots copy: the first one is there, and nothing resumes from half a copy.
+    """
+    if not training.imitated:
+        print("robots have not copied all: they begin anew", file=sys.stderr)
+        return
     with stop_delayed("saving"):
         _save(training, folder, ())
 

@@ -360,6 +360,8 @@ class Training:
         if changed:
             where += f", {in_words(scenario, changed)}"
         left = f"{self.left:,} decisions to go"
+        if not self.imitated:
+            left += f", once robots have copied {self.task.imitate}, from its beginning"
         if self.finished:
             left = "finished already, nothing is left to learn"
         return f"{where}: {sides}, seed {self.task.seed}; {left}"
