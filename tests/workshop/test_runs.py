@@ -82,6 +82,28 @@ def test_a_lock_that_was_left_can_be_removed_one_that_is_held_cannot(holder, tmp
     remove_left_lock(tmp_path / "out")  # there is none
 
 
+@pytest.fixture
+def part(tmp_path):
+    """What a process that was killed in its first write has left in a folder."""
+    with files.replacing(tmp_path / "out" / "checkpoint-000000.pt") as part:
+        part.touch()
+    return (tmp_path / "out" / "checkpoint-000000.pt").rename(part)
+
+
+@pytest.mark.parametrize("resume", [False, True])
+def test_what_was_half_written_by_a_killed_process_is_removed(resume, part):
+    """Nobody sees it, and a new run would be refused."""
+    with locked(part.parent, resume, list):
+        assert [path.name for path in part.parent.iterdir()] == [".lock"]
+
+
+def test_what_a_killed_worker_was_writing_goes_with_its_lock(part):
+    """Of an experiment that was stopped."""
+    (part.parent / ".lock").touch()
+    remove_left_lock(part.parent)
+    assert not [*part.parent.iterdir()]
+
+
 def test_a_folder_that_somebody_else_made_stays(tmp_path):
     """Also where nothing was written into it; what the run made itself goes."""
     theirs = tmp_path / "theirs"

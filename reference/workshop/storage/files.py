@@ -18,6 +18,7 @@ from typing import Any, BinaryIO, TextIO, TypeVar
 
 from reference.paper import InputError
 
+PART = ".fire-rescue-part-"  # begins the name of what is being written
 LARGEST_NUMBER = 2.0**64  # limit of numbers in files: larger ones would overflow
 
 
@@ -77,7 +78,8 @@ def replacing(path: Path) -> Iterator[Path]:
     made is removed. Raises OSError with a message for people.
     """
     whole = Path(os.path.realpath(path))  # which also takes a link to itself
-    partial = whole.with_name(f".{whole.stem[:40]}-{os.getpid()}-part{whole.suffix}")
+    own = f"{PART}{whole.stem[:40]}-{os.getpid()}{whole.suffix}"
+    partial = whole.with_name(own)
     advice = "What was there is as it was. Make room, or name another place."
     with _reworded_errors(path, advice), folder_for_block(whole.parent):
         try:
@@ -86,9 +88,20 @@ def replacing(path: Path) -> Iterator[Path]:
                 copymode(whole, partial)
             os.replace(partial, whole)
         finally:
-            rmtree(partial, ignore_errors=True)
-            with suppress(OSError):
-                partial.unlink()
+            _remove(partial)
+
+
+def remove_parts(folder: Path) -> None:
+    """Remove what was being written in a folder by processes that were killed."""
+    for partial in folder.glob(f"{PART}*"):
+        _remove(partial)
+
+
+def _remove(path: Path) -> None:
+    """Remove a file or folder, if it is there and can be removed."""
+    rmtree(path, ignore_errors=True)
+    with suppress(OSError):
+        path.unlink()
 
 
 def write_whole(path: Path, content: bytes | memoryview) -> None:
