@@ -148,6 +148,26 @@ def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small
     assert runs.read_runs(path, begin_evaluation(**SMALL)) == small[:1]
 
 
+def test_a_disk_that_is_full_after_the_last_run_withholds_no_result(small, monkeypatch):
+    """All rows are there; only their order is not, where it was another."""
+    table_of = runs.table_of
+
+    def full(path, results):
+        rows = [*results]
+        if len(rows) == len(small):
+            raise OSError("no space left")
+        return table_of(path, rows)
+
+    monkeypatch.setattr(runs, "table_of", full)
+    done = runs.map_as_done
+    monkeypatch.setattr(runs, "map_as_done", lambda *given: reversed([*done(*given)]))
+    monkeypatch.setattr(runs, "RUNS_PER_JOB", 1)
+    evaluation = begin_evaluation(**SMALL)
+    assert play_evaluation(evaluation, Path("out"), InProcess()) == small
+    kept = runs.read_runs(Path("out/runs.csv"), evaluation)
+    assert kept == small[::-1]
+
+
 # -- Who is asked for ---------------------------------------------------------------
 
 
