@@ -399,7 +399,9 @@ def test_a_full_disk_ends_the_training_with_one_message(
 
     monkeypatch.setattr("reference.workshop.training.checkpoints.save_checkpoint", full)
     assert train("--out", "new") == 1
-    assert "No space left on device" in capsys.readouterr().err.splitlines()[-1]
+    told = capsys.readouterr().err.partition("No space left on device")[2]
+    how = "Go on with:\n  python -m reference train --resume --out new\n"
+    assert told == (f") {how}" if last else ")\n")
     assert load_checkpoint("new").round == 0 if last else not os.path.exists("new")
 
 

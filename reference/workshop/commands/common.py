@@ -109,7 +109,7 @@ def run_in_folder(
 ) -> Iterator[tuple[Any, Executor]]:
     """Start or resume a run in its folder; yield it and workers.
 
-    When it is stopped, or a worker has died, it says how to go on.
+    When it is stopped, a worker has died or the disk is full, it says how to go on.
 
     words: of the command line that resumes it, without --resume and --out
     meanwhile: what a pool's workers do while the run starts
@@ -137,6 +137,11 @@ def run_in_folder(
         raise InputError(
             f"a worker has died, perhaps for want of memory: take fewer. {advice}"
         ) from error
+    except OSError as error:
+        worded = error.strerror is None  # what could not be written, and why
+        if worded and folder and _has_begun(folder):
+            raise OSError(f"{error} {advice}") from error
+        raise
     except KeyboardInterrupt:
         if folder and not _has_begun(folder):  # nothing to go on with
             raise
