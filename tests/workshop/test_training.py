@@ -17,6 +17,7 @@ from reference.learning.players import LearnedNetwork
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
+from reference.paper import InputError
 from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.workers import InProcess, workers
 from reference.workshop.strategies.fires import BusiestFire
@@ -488,6 +489,13 @@ def test_a_table_begins_with_one_header_and_goes_on_where_it_was(tmp_path):
     table_until(tmp_path, 1).append([{"round": 2, "step": 0.5}])
     told = [(row["round"], row["step"]) for row in rows(tmp_path)]
     assert told == [("1", repr(1 / 3)), ("2", "0.5")]
+
+
+def test_a_table_that_a_spreadsheet_has_saved_can_be_moved_away(tmp_path):
+    """A training goes on in its own folder alone, and does not read it."""
+    (tmp_path / SUMMARIES).write_text(";".join(SUMMARY_COLUMNS))
+    with pytest.raises(InputError, match=r"is no table of these runs\. Move it away"):
+        table_until(tmp_path, 1)
 
 
 @pytest.mark.paper("D2")

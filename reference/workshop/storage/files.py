@@ -234,10 +234,14 @@ class Table:
 
 
 def read_table(
-    path: Path, columns: Sequence[str], made: Callable[[dict[str, str]], RowMade]
+    path: Path,
+    columns: Sequence[str],
+    made: Callable[[dict[str, str]], RowMade],
+    advice: str = "Name another folder.",
 ) -> list[RowMade]:
     """Read the rows of a `Table` through `made`; none where there is no file.
 
+    advice: what to do about a file that is another table
     An unfinished last row is dropped. Raises ValueError for a file that holds anything
     else, OSError for one that cannot be read.
     """
@@ -248,7 +252,7 @@ def read_table(
         whole = _whole_lines(file)
         head = next(whole, "")
         if path.stat().st_size and head.rstrip("\r\n") != ",".join(columns):
-            raise InputError(f"{path}: is no table of these runs. Name another folder.")
+            raise InputError(f"{path}: is no table of these runs. {advice}")
         lines = csv.reader(whole)
         try:
             return [made(_by_column(columns, row)) for row in lines if row]
