@@ -136,14 +136,15 @@ def test_refuses_a_file_that_was_cut_off_or_has_a_wrong_bit(path, part):
 
 
 def test_a_folder_whose_newest_is_damaged_has_one_before_it(checkpoint, tmp_path):
-    """Whoever deletes the damaged one goes on from there."""
+    """Whoever deletes the damaged one goes on from there; so it is told by its name."""
     for number in (999_999, 1_000_000):
         save_checkpoint(checkpoint, tmp_path / f"checkpoint-{number:06}.pt")
     newest = tmp_path / "checkpoint-1000000.pt"
     newest.write_bytes(newest.read_bytes()[:100])
     told = r"checkpoint-1000000\.pt: is damaged.* Delete it, and checkpoint-999999\.pt"
-    with pytest.raises(CheckpointError, match=told):
-        load_checkpoint(tmp_path)
+    for path in (tmp_path, newest):
+        with pytest.raises(CheckpointError, match=told):
+            load_checkpoint(path)
     newest.unlink()
     assert load_checkpoint(tmp_path).task == checkpoint.task
 

@@ -202,12 +202,11 @@ def load_checkpoint(path: str | Path) -> Checkpoint:
     path: LEARNED stands for what ships. Raises CheckpointError for anything else,
     OSError for an unreadable file.
     """
-    in_folder = path != LEARNED and Path(path).is_dir()
     path = checkpoint_file(path)
-    older = checkpoints_in(path.parent)[:-1] if in_folder else []
     advice = "Name another."
-    if older:
-        advice = f"Delete it, and {older[-1].name} is the newest."
+    *_, older, newest = None, None, *checkpoints_in(path.parent)
+    if older and path == newest:
+        advice = f"Delete it, and {older.name} is the newest."
     content = _content(path, advice)
     # Before anything else is read: what follows may mean something else there.
     made = content.get("format")
