@@ -307,12 +307,13 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(tmp_path, capsy
     ("options", "told"),
     [
         (["--head", "floor", "--seed", "5"], "--head, --seed: a resumed run keeps"),
-        (["--initialize-from", "x"], "--initialize-from: a resumed run keeps"),
+        (["--initialize-from", "learned"], "--initialize-from: a resumed run keeps"),
         (["--settings", "my.yaml"], "take --initialize-from "),
     ],
 )
 def test_refuses_to_resume_as_something_else(run, options, told, capsys):
     """Before anything is written; what it was begun with may be said again."""
+    Path("my.yaml").write_text("reference: {random_fires: 0.9}")
     before = sorted(path.name for path in run.iterdir())
     options = [*options, "--preset", "tiny", "--building", "tiny", "--trainer", "poca"]
     assert status("train", "--resume", "--out", run, *options) == 2
@@ -326,6 +327,19 @@ def test_a_training_against_a_network_may_be_resumed_by_the_word_of_it(run, caps
     assert resumed("against", "--fire", run) == 0
     assert resumed("against", "--fire", "random") == 2
     assert "--fire: a resumed run keeps its options" in capsys.readouterr().err
+
+
+def test_a_training_may_be_resumed_by_its_whole_command_line(once, run, capsys):
+    """Files that it names mean the same as long as their content does."""
+    Path("mine.yaml").write_text("reference: {Robot: {num_epoch: 2}}")
+    begin = ("--preset", "tiny", "--building", "tiny", "--settings", "mine.yaml")
+    begin += ("--initialize-from", run, "--fire", "random", "--out", "new")
+    assert train(*begin) == 0
+    assert resumed("new", *begin) == 0
+    Path("mine.yaml").write_text("reference: {Robot: {num_epoch: 3}}")
+    capsys.readouterr()
+    assert resumed("new", *begin) == 2
+    assert "--settings: a resumed run keeps its options" in capsys.readouterr().err
 
 
 def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
