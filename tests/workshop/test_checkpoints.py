@@ -224,6 +224,7 @@ def test_refuses_to_run_code_that_a_file_brings(tmp_path):
     [
         ("episodes", -(10**400)),
         ("latest", {"survival": "x"}),
+        ("latest", {"group_reward": 1.0}),
         ("summaries", {"robots": {"last": 0, "sums": {"x": 1.0}, "counts": {"x": 1}}}),
     ],
 )
@@ -253,6 +254,45 @@ def test_refuses_to_go_on_with_moments_of_another_shape(checkpoint):
     moments = odd.learners["robots"]["optimiser"]["state"][0]
     moments["exp_avg"] = moments["exp_avg"].reshape(-1)[:1]
     with pytest.raises(ValueError, match="moments of another shape"):
+        Training.resumed(odd)
+
+
+@pytest.fixture(scope="module")
+def waiting():
+    """A training whose robots wait for more decisions before they update."""
+    training = begun(tiny(robots={"buffer_size": 200}))
+    training.learn([e for job in training.jobs() for e in play(job)])
+    return training.checkpoint()
+
+
+@pytest.mark.parametrize(
+    ("column", "change"),
+    [
+        ("actions", lambda x: x[..., :1]),
+        ("vectors", lambda x: x[..., 1:]),
+        ("vectors", lambda x: x.double()),
+        ("alive", lambda x: x.float()),
+        ("returns", lambda x: x * torch.nan),
+        ("returns", lambda x: x.double()),
+        ("advantages", lambda x: x[:, :2]),
+        ("log_probs", lambda x: x[1:]),
+    ],
+)
+def test_refuses_to_go_on_from_decisions_of_another_kind(waiting, column, change):
+    """When a training is to go on, not at its next update."""
+    odd = deepcopy(waiting)
+    assert Training.resumed(odd).learners["robots"].buffer
+    part = odd.learners["robots"]["buffer"][-1]
+    part[column] = change(part[column])
+    with pytest.raises((ValueError, RuntimeError, IndexError, TypeError)):
+        Training.resumed(odd)
+
+
+def test_refuses_to_go_on_with_an_optimiser_that_lacks_a_row(waiting):
+    """Torch would miss it at the next update."""
+    odd = deepcopy(waiting)
+    del odd.learners["fire"]["optimiser"]["param_groups"][0]["eps"]
+    with pytest.raises(ValueError, match="without all of its rows"):
         Training.resumed(odd)
 
 

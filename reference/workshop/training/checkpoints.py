@@ -369,10 +369,13 @@ def state_of(learner: Learner) -> dict[str, Any]:
 
 
 def restore(learner: Learner, state: dict[str, Any]) -> None:
-    """Load what `state_of` gave."""
+    """Load what `state_of` gave. Raises ValueError and others for what misfits."""
+    wanted = learner.optimiser.param_groups[0].keys()
     for name in NETWORKS:
         # Copied: an optimiser would go on in the tensors that it is given.
         getattr(learner, name).load_state_dict(deepcopy(state[name]))
+    if any(wanted - group.keys() for group in learner.optimiser.param_groups):
+        raise ValueError("an optimiser without all of its rows")
     for weight, moments in learner.optimiser.state.items():
         for moment in _leaves(dict(moments), Tensor):
             if moment.dim() and moment.shape != weight.shape:  # a count has no shape
@@ -381,9 +384,29 @@ def restore(learner: Learner, state: dict[str, Any]) -> None:
         Decisions(**part | {"grids": _unpacked(part["grids"])})
         for part in state["buffer"]
     ]
+    _refuse_decisions(learner)
     learner.rng.set_state(state["rng"])
     check_type("steps", state["steps"], int)
     learner.steps = state["steps"]
+
+
+def _refuse_decisions(learner: Learner) -> None:
+    """Raise an error for a buffer from which its learner could not learn, rounds later.
+
+    Its networks read a decision of each part.
+    """
+    for part in learner.buffer:
+        columns = vars(part).values()
+        if len({len(column) for column in columns}) > 1:
+            raise ValueError("columns of decisions that differ in length")
+        if not all(column.isfinite().all() for column in columns):
+            raise ValueError("decisions that are no finite numbers")
+        with torch.no_grad():
+            loss, _ = learner.loss(part.rows(torch.arange(1)), epsilon=0.2, beta=0.0)
+        if loss.dtype != torch.float32:
+            raise ValueError(f"decisions of another type, {loss.dtype}")
+    if learner.buffer:
+        learner.joined(learner.buffer)
 
 
 def _packed(grids: Tensor) -> dict[str, Any]:

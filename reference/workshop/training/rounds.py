@@ -38,7 +38,12 @@ from reference.workshop.training.checkpoints import (
 from reference.workshop.training.families import HEADS_OF_SEVERAL, Family, job_in
 from reference.workshop.training.gradient import measure_signal
 from reference.workshop.training.imitation import Demonstration, clone
-from reference.workshop.training.summaries import PRETRAINING, RunningMeans, SummaryRow
+from reference.workshop.training.summaries import (
+    FACTS,
+    PRETRAINING,
+    RunningMeans,
+    SummaryRow,
+)
 
 # What seeds are for: those of one purpose never meet another's.
 OF_LEARNERS = 0
@@ -72,6 +77,10 @@ class Progress:
     kept: dict[Side, tuple[int, ...]]
     latest: dict[str, float]
     summaries: dict[Side, RunningMeans]
+
+    def __post_init__(self) -> None:
+        if self.latest and not {*FACTS} <= self.latest.keys():
+            raise SettingsError("facts of the last round are missing")
 
 
 class Training:

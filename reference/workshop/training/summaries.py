@@ -42,6 +42,9 @@ EPISODE_COLUMNS = {
 }
 """Columns, and the episode's fact that each averages; the group is the robots'."""
 
+FACTS = {*EPISODE_COLUMNS.values(), "fire_reward"}
+"""Of an episode."""
+
 SIGNAL = "Policy/Signal to Noise"
 EXPLAINED = "Policy/Explained Variance"
 
