@@ -27,7 +27,7 @@ from reference.workshop.comparing import (
     table,
 )
 from reference.workshop.comparing.intervals import Interval, interval_of_mean
-from reference.workshop.comparing.matches import notes
+from reference.workshop.comparing.matches import notes, write_evaluation
 from reference.workshop.comparing.results import (
     baseline_of,
     evaluation_as_json,
@@ -128,6 +128,7 @@ def test_who_is_not_asked_for_keeps_the_runs_that_are_there(small, monkeypatch, 
     monkeypatch.setattr(runs, "RUNS_PER_JOB", 1)
     folder = Path("out")
     both = begin_evaluation(**SMALL)
+    write_evaluation(both, folder)
     runs.table_of(folder / "runs.csv", small[:2])
     alone = begin_evaluation(**SMALL | {"robots": ("sweep",)})
     assert play_evaluation(alone, folder, InProcess()) == small[2:]
@@ -420,6 +421,13 @@ def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
         resume_evaluation(tmp_path / "out")
     drawing.unlink()  # nothing else can be meant: the kept one is played
     assert resume_evaluation(tmp_path / "out").digests.keys() == {str(network)}
+
+
+def test_refuses_runs_of_which_nothing_tells_what_they_are(small):
+    """They may be of other numbers or files."""
+    runs.table_of(Path("out/runs.csv"), small)
+    with pytest.raises(InputError, match=r"evaluation\.json: is gone"):
+        play_evaluation(begin_evaluation(**SMALL), Path("out"), InProcess())
 
 
 @pytest.mark.parametrize(

@@ -370,8 +370,13 @@ def refuse_mixing(
     Returns the digests that these runs were made with.
     """
     path = folder / EVALUATION_FILE
-    if not played or not path.exists():
+    if not played:
         return {}
+    if not path.exists():
+        raise InputError(
+            f"{path}: is gone, and with it what the runs beside it are of. Put it "
+            "back, or take another folder."
+        )
     content = read_json(path)
     refuse_numbers(path, content.get("numbers"))
     digests = content.get("digests", {})
