@@ -423,6 +423,25 @@ def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
     assert resume_evaluation(tmp_path / "out").digests.keys() == {str(network)}
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [('"sight_range": 5.0', '"sight_range": 3.0'), ('"errors": 0', '"errors": 2')],
+)
+def test_refuses_to_mix_runs_of_two_scenarios_or_errors(old, new):
+    """Changed by hand: the runs that are kept would stand under the new heading."""
+    folder = Path("out")
+    path = folder / "evaluation.json"
+    interrupted(begin_evaluation(**SMALL), folder, jobs=2)
+    kept = path.read_text()
+    assert kept.count(old) == 1
+    path.write_text(kept.replace(old, new))
+    with pytest.raises(InputError, match="are of another scenario, --sample or"):
+        play_evaluation(resume_evaluation(folder), folder, InProcess())
+    older = {name: part for name, part in json.loads(kept).items() if name != "terms"}
+    path.write_text(json.dumps(older))
+    assert len(play_evaluation(resume_evaluation(folder), folder, InProcess())) == 4
+
+
 def test_refuses_runs_of_which_nothing_tells_what_they_are(small):
     """They may be of other numbers or files."""
     runs.table_of(Path("out/runs.csv"), small)
