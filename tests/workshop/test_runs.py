@@ -1,6 +1,7 @@
 """Runs in folders: one at a time, and what is told to a second one."""
 
 import ast
+import os
 import tracemalloc
 from subprocess import PIPE
 
@@ -261,6 +262,17 @@ def test_a_table_of_any_size_is_read_row_by_row(tmp_path):
         tracemalloc.stop()
     assert found == [True] * 2000
     assert peak < path.stat().st_size / 10
+
+
+def test_rows_are_on_disk_before_anything_that_is_written_after_them(
+    tmp_path, monkeypatch
+):
+    """Else a checkpoint might outlast the rows of its rounds."""
+    table = Table(tmp_path / "runs.csv", ["name"], [])
+    sizes = []
+    monkeypatch.setattr("os.fsync", lambda file: sizes.append(os.fstat(file).st_size))
+    table.append([{"name": "sweep"}])
+    assert sizes == [len("name\nsweep\n")]
 
 
 def test_a_cell_may_be_as_long_as_a_row(tmp_path):

@@ -222,10 +222,12 @@ class Table:
         write_whole(path, self._text([dict(zip(columns, columns, strict=True)), *rows]))
 
     def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
-        """Add rows at the end. Raises OSError with a message for people."""
-        advice = "The rows in it are whole. Make room, and go on with --resume."
+        """Add rows at the end, on disk. Raises OSError with a message for people."""
+        advice = "A row that is cut is left out. Make room, and go on with --resume."
         with _reworded_errors(self.path, advice), self.path.open("ab") as file:
             file.write(self._text(rows))
+            file.flush()
+            os.fsync(file.fileno())
 
     def _text(self, rows: Iterable[Mapping[str, Any]]) -> bytes:
         text = StringIO()
