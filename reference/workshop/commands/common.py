@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from reference.paper import InputError
+from reference.workshop.commands.options import CORES
 from reference.workshop.comparing.results import align_columns
 from reference.workshop.storage.files import message_of
 from reference.workshop.storage.runs import LOCK_FILE, ContradictionError, locked
@@ -116,13 +117,19 @@ def run_in_folder(
     """
     address: str = getattr(arguments, "cluster", None) or ""  # of experiments only
     pool = None if address else workers(arguments.workers)
+    same: Sequence[object] = ()
     if address:
-        words += ("--cluster", address)
-    advice = "Nothing is kept without --out."
-    if folder:
-        advice = f"Go on with:\n  {shell_line(*words, '--resume', '--out', folder)}"
-    if address:
-        advice = f"Workers finish what they are at, and keep it. {advice}"
+        same = ("--cluster", address)
+    elif arguments.workers != CORES:
+        same = ("--workers", arguments.workers)
+
+    def advice(by: Sequence[object] = same) -> str:
+        """Say how to go on, and by whom."""
+        if not folder:
+            return "Nothing is kept without --out."
+        finish = "Workers finish what they are at, and keep it. " if address else ""
+        line = shell_line(*words, *by, "--resume", "--out", folder)
+        return f"{finish}Go on with:\n  {line}"
 
     try:
         with ExitStack() as stack:
@@ -135,14 +142,15 @@ def run_in_folder(
             yield run, executor
     except BrokenExecutor as error:
         raise InputError(
-            f"a worker has died, perhaps for want of memory: take fewer. {advice}"
+            "a worker has died, perhaps for want of memory: take fewer. "
+            + advice(("--workers", arguments.workers // 2))
         ) from error
     except OSError as error:
         worded = error.strerror is None  # what could not be written, and why
         if worded and folder and _has_begun(folder):
-            raise OSError(f"{error} {advice}") from error
+            raise OSError(f"{error} {advice()}") from error
         raise
     except KeyboardInterrupt:
         if folder and not _has_begun(folder):  # nothing to go on with
             raise
-        raise KeyboardInterrupt(f"stopped. {advice}") from None
+        raise KeyboardInterrupt(f"stopped. {advice()}") from None
