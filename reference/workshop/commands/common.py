@@ -97,7 +97,7 @@ def shell_line(*words: object) -> str:
 
 def _has_begun(folder: Path) -> bool:
     """Is there anything in a run's folder to go on with?"""
-    return folder.exists() and any(p.name != LOCK_FILE for p in folder.iterdir())
+    return folder.is_dir() and any(p.name != LOCK_FILE for p in folder.iterdir())
 
 
 @contextmanager
