@@ -3,6 +3,8 @@
 import os
 from copy import deepcopy
 from dataclasses import replace
+from functools import reduce
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -25,6 +27,7 @@ from reference.workshop.training.checkpoints import (
     CheckpointError,
     keep_checkpoint,
     load_checkpoint,
+    newest_checkpoint,
     save_checkpoint,
 )
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
@@ -95,6 +98,18 @@ def test_only_checkpoints_of_the_rounds_named_are_kept(checkpoint, tmp_path):
     assert load_checkpoint(tmp_path).round == 1_000_000
 
 
+@pytest.mark.parametrize("name", ["checkpoint-000000-good", "checkpoint-000012 (1)"])
+def test_a_copy_beside_the_checkpoints_is_nobody_s_newest(name, checkpoint, tmp_path):
+    """It is not resumed from, and stays."""
+    copy = tmp_path / f"{name}.pt"
+    save_checkpoint(checkpoint, copy)
+    assert newest_checkpoint(tmp_path) is None
+    for number in (3, 4):
+        kept = keep_checkpoint(replace(checkpoint, round=number), tmp_path)
+        assert newest_checkpoint(tmp_path) == kept
+    assert copy.exists() and load_checkpoint(tmp_path).round == 4
+
+
 def test_a_full_disk_leaves_the_last_good_checkpoint_as_it_was(checkpoint, path):
     """And nothing half-written beside it; the message says what to do."""
     before = path.read_bytes()
@@ -121,14 +136,15 @@ def test_refuses_a_file_that_was_cut_off_or_has_a_wrong_bit(path, part):
 
 
 def test_a_folder_whose_newest_is_damaged_has_one_before_it(checkpoint, tmp_path):
-    """Whoever deletes the damaged one goes on from there."""
+    """Whoever deletes the damaged one goes on from there; so it is told by its name."""
     for number in (999_999, 1_000_000):
         save_checkpoint(checkpoint, tmp_path / f"checkpoint-{number:06}.pt")
     newest = tmp_path / "checkpoint-1000000.pt"
     newest.write_bytes(newest.read_bytes()[:100])
     told = r"checkpoint-1000000\.pt: is damaged.* Delete it, and checkpoint-999999\.pt"
-    with pytest.raises(CheckpointError, match=told):
-        load_checkpoint(tmp_path)
+    for path in (tmp_path, newest):
+        with pytest.raises(CheckpointError, match=told):
+            load_checkpoint(path)
     newest.unlink()
     assert load_checkpoint(tmp_path).task == checkpoint.task
 
@@ -137,6 +153,7 @@ NAN = {"weight": torch.tensor([0.0, torch.nan])}
 HALF = {"weight": torch.zeros(2, dtype=torch.float16)}
 NARROW = {"weight": torch.zeros(2)}
 VAST = {"weight": torch.zeros(1).expand(10**6, 10**6)}
+SHARED = reduce(lambda inner, _: [inner, inner], range(20), [])
 HOLE = "building: x\nsize: 4 x 3\nfloor 1:\n####\n#..E\n#.##\n"
 
 
@@ -152,11 +169,12 @@ HOLE = "building: x\nsize: 4 x 3\nfloor 1:\n####\n#..E\n#.##\n"
         ("learners robots actor", NAN, "no finite numbers"),
         ("learners fire optimiser", NAN, "no finite numbers"),
         ("learners robots actor", HALF, "weights of another type, torch.float16"),
-        ("learners robots optimiser", VAST, "tensors larger than the file"),
+        ("learners robots optimiser", VAST, "parts larger than the file"),
         ("learners robots versions", {0: NARROW}, "of another shape, of round 0"),
         ("learners fire versions", {0: {}}, "of another shape, of round 0"),
         ("learners fire versions", {-1: {}}, "a version of round -1"),
         ("learners fire versions", {"0": {}}, "a version of round 0"),
+        ("more", SHARED, "parts larger than the file"),
         ("task plan", HOLE, "there is a hole in the outer wall"),
         ("task plan", HOLE.replace("4 x 3", "9000 x 300"), "1 to 200 columns"),
     ],
@@ -171,6 +189,18 @@ def test_refuses_content_that_is_not_a_checkpoint_s(path, place, value, message)
     inner[last] = value
     torch.save(content, path)
     with pytest.raises(CheckpointError, match=message):
+        load_checkpoint(path)
+
+
+def test_refuses_a_file_of_torch_s_older_kind_with_an_archive_behind_it(path):
+    """The archive's check sums would be looked at, the older kind be read."""
+    with ZipFile(path.with_suffix(".zip"), "w") as archive:
+        archive.writestr("room", bytes(path.stat().st_size))
+    content = torch.load(path, weights_only=True)
+    torch.save(content, path, _use_new_zipfile_serialization=False)
+    with path.open("ab") as file:
+        file.write(path.with_suffix(".zip").read_bytes())
+    with pytest.raises(CheckpointError, match="is damaged, or is no checkpoint"):
         load_checkpoint(path)
 
 
@@ -194,13 +224,14 @@ def test_refuses_to_run_code_that_a_file_brings(tmp_path):
     [
         ("episodes", -(10**400)),
         ("latest", {"survival": "x"}),
+        ("latest", {"group_reward": 1.0}),
         ("summaries", {"robots": {"last": 0, "sums": {"x": 1.0}, "counts": {"x": 1}}}),
     ],
 )
 def test_refuses_progress_that_is_none(checkpoint, part, value, tmp_path):
     """When a training is to go on, not rounds later."""
     odd = replace(checkpoint, progress=checkpoint.progress | {part: value})
-    save_checkpoint(odd, tmp_path / "checkpoint-1.pt")
+    save_checkpoint(odd, tmp_path / "checkpoint-000001.pt")
     with pytest.raises(CheckpointError, match="its parts do not fit each other"):
         resume_training(tmp_path)
 
@@ -226,12 +257,68 @@ def test_refuses_to_go_on_with_moments_of_another_shape(checkpoint):
         Training.resumed(odd)
 
 
+@pytest.fixture(scope="module")
+def waiting():
+    """A training whose robots wait for more decisions before they update."""
+    training = begun(tiny(robots={"buffer_size": 200}))
+    training.learn([e for job in training.jobs() for e in play(job)])
+    return training.checkpoint()
+
+
+@pytest.mark.parametrize(
+    ("column", "change"),
+    [
+        ("actions", lambda x: x[..., :1]),
+        ("vectors", lambda x: x[..., 1:]),
+        ("vectors", lambda x: x.double()),
+        ("alive", lambda x: x.float()),
+        ("returns", lambda x: x * torch.nan),
+        ("returns", lambda x: x.double()),
+        ("advantages", lambda x: x[:, :2]),
+        ("log_probs", lambda x: x[1:]),
+    ],
+)
+def test_refuses_to_go_on_from_decisions_of_another_kind(waiting, column, change):
+    """When a training is to go on, not at its next update."""
+    odd = deepcopy(waiting)
+    assert Training.resumed(odd).learners["robots"].buffer
+    part = odd.learners["robots"]["buffer"][-1]
+    part[column] = change(part[column])
+    with pytest.raises((ValueError, RuntimeError, IndexError, TypeError)):
+        Training.resumed(odd)
+
+
+def test_refuses_to_go_on_with_an_optimiser_that_lacks_a_row(waiting):
+    """Torch would miss it at the next update."""
+    odd = deepcopy(waiting)
+    del odd.learners["fire"]["optimiser"]["param_groups"][0]["eps"]
+    with pytest.raises(ValueError, match="without all of its rows"):
+        Training.resumed(odd)
+
+
 def test_refuses_to_go_on_against_a_network_of_another_shape(checkpoint):
     """When a training is to go on, not in a worker."""
     fire = checkpoint.player("fire")
     other = replace(fire, settings=tiny(fire={"hidden_units": 16}).fire)
     odd = begun(fixed={"fire": (other,)}).checkpoint()
     with pytest.raises(RuntimeError, match="size mismatch"):
+        Training.resumed(odd)
+
+
+@pytest.mark.parametrize(
+    ("fixed", "message"),
+    [
+        ({"fire": ("gredy",)}, "fire 'gredy' is unknown. Did you mean 'greedy'"),
+        ({"fire": ()}, "nobody plays fire"),
+        ({"fir": ("greedy",)}, "nobody plays fir"),
+    ],
+)
+def test_refuses_to_go_on_against_a_player_that_is_not_there(
+    fixed, message, checkpoint
+):
+    """Such as a fire of one's own that has another name now."""
+    odd = replace(checkpoint, task=replace(checkpoint.task, fixed=fixed))
+    with pytest.raises(ValueError, match=message):
         Training.resumed(odd)
 
 

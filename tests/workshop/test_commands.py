@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from argparse import Namespace
 from concurrent.futures import BrokenExecutor, Future
 from dataclasses import replace
 from importlib.util import find_spec
@@ -24,10 +25,11 @@ from refusals import refusal
 from trainings import room_for
 
 from reference.__main__ import COMMANDS, main
+from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.commands import evacuation
-from reference.workshop.commands.common import format_figure
-from reference.workshop.commands.options import LEAST_PEOPLE, MOST_PEOPLE
+from reference.workshop.commands.common import format_figure, run_in_folder
+from reference.workshop.commands.options import CORES, LEAST_PEOPLE, MOST_PEOPLE
 from reference.workshop.comparing.matches import begin_evaluation
 from reference.workshop.comparing.named import PLAYER_NAMES
 from reference.workshop.engine import run_to_end
@@ -59,6 +61,26 @@ floor 1:
 
 PROMISED = """building robots fire seed episodes people evacuated died inside
 mean_health reward simulated_seconds person_seconds runs"""
+
+
+@pytest.mark.parametrize(
+    ("asked", "ended", "told"),
+    [
+        (CORES, KeyboardInterrupt, ""),
+        (CORES + 6, KeyboardInterrupt, f"--workers {CORES + 6} "),
+        (CORES + 6, BrokenExecutor, f"--workers {CORES // 2 + 3} "),
+    ],
+)
+def test_how_to_go_on_tells_how_many_workers(asked, ended, told):
+    """As many as were asked for; half as many where one has died: it would again."""
+    arguments = Namespace(workers=asked, resume=False)
+    how = re.escape(f"python -m reference train {told}--resume --out run")
+    with (
+        pytest.raises((InputError, KeyboardInterrupt), match=f"Go on with:\n  {how}$"),
+        run_in_folder(arguments, Path("run"), list, "train"),
+    ):
+        Path("run/checkpoint").touch()
+        raise ended
 
 
 @pytest.fixture

@@ -27,7 +27,7 @@ from reference.workshop.comparing import (
     table,
 )
 from reference.workshop.comparing.intervals import Interval, interval_of_mean
-from reference.workshop.comparing.matches import notes
+from reference.workshop.comparing.matches import notes, write_evaluation
 from reference.workshop.comparing.results import (
     baseline_of,
     evaluation_as_json,
@@ -128,6 +128,7 @@ def test_who_is_not_asked_for_keeps_the_runs_that_are_there(small, monkeypatch, 
     monkeypatch.setattr(runs, "RUNS_PER_JOB", 1)
     folder = Path("out")
     both = begin_evaluation(**SMALL)
+    write_evaluation(both, folder)
     runs.table_of(folder / "runs.csv", small[:2])
     alone = begin_evaluation(**SMALL | {"robots": ("sweep",)})
     assert play_evaluation(alone, folder, InProcess()) == small[2:]
@@ -146,6 +147,26 @@ def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small
     with room_for(path.stat().st_size + 10), pytest.raises(OSError, match=told):
         written.append([row])
     assert runs.read_runs(path, begin_evaluation(**SMALL)) == small[:1]
+
+
+def test_a_disk_that_is_full_after_the_last_run_withholds_no_result(small, monkeypatch):
+    """All rows are there; only their order is not, where it was another."""
+    table_of = runs.table_of
+
+    def full(path, results):
+        rows = [*results]
+        if len(rows) == len(small):
+            raise OSError("no space left")
+        return table_of(path, rows)
+
+    monkeypatch.setattr(runs, "table_of", full)
+    done = runs.map_as_done
+    monkeypatch.setattr(runs, "map_as_done", lambda *given: reversed([*done(*given)]))
+    monkeypatch.setattr(runs, "RUNS_PER_JOB", 1)
+    evaluation = begin_evaluation(**SMALL)
+    assert play_evaluation(evaluation, Path("out"), InProcess()) == small
+    kept = runs.read_runs(Path("out/runs.csv"), evaluation)
+    assert kept == small[::-1]
 
 
 # -- Who is asked for ---------------------------------------------------------------
@@ -400,6 +421,32 @@ def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):
         resume_evaluation(tmp_path / "out")
     drawing.unlink()  # nothing else can be meant: the kept one is played
     assert resume_evaluation(tmp_path / "out").digests.keys() == {str(network)}
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [('"sight_range": 5.0', '"sight_range": 3.0'), ('"errors": 0', '"errors": 2')],
+)
+def test_refuses_to_mix_runs_of_two_scenarios_or_errors(old, new):
+    """Changed by hand: the runs that are kept would stand under the new heading."""
+    folder = Path("out")
+    path = folder / "evaluation.json"
+    interrupted(begin_evaluation(**SMALL), folder, jobs=2)
+    kept = path.read_text()
+    assert kept.count(old) == 1
+    path.write_text(kept.replace(old, new))
+    with pytest.raises(InputError, match="are of another scenario, --sample or"):
+        play_evaluation(resume_evaluation(folder), folder, InProcess())
+    older = {name: part for name, part in json.loads(kept).items() if name != "terms"}
+    path.write_text(json.dumps(older))
+    assert len(play_evaluation(resume_evaluation(folder), folder, InProcess())) == 4
+
+
+def test_refuses_runs_of_which_nothing_tells_what_they_are(small):
+    """They may be of other numbers or files."""
+    runs.table_of(Path("out/runs.csv"), small)
+    with pytest.raises(InputError, match=r"evaluation\.json: is gone"):
+        play_evaluation(begin_evaluation(**SMALL), Path("out"), InProcess())
 
 
 @pytest.mark.parametrize(

@@ -106,7 +106,7 @@ def test_an_experiment_goes_on_with_the_numbers_it_began_with(whole, monkeypatch
     with pytest.raises(InputError, match=r"evaluation\.json: was begun with ROBOT"):
         play_tests(experiment, whole, InProcess())
     job = experiment.trainings["learning-3"], str(kept.parent)
-    assert "was begun with ROBOT_SPEED=1.5" in train_in(job)
+    assert train_in(job).startswith(f"{kept.parent}: was begun with ROBOT_SPEED=1.5")
 
 
 def test_an_arm_may_learn_under_another_scenario_than_the_tests():
@@ -169,17 +169,19 @@ def test_a_network_that_ships_anew_makes_trainings_against_it_anew(
 
 
 def test_a_training_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypatch):
-    """Who did learn is tested."""
+    """Who did learn is tested; where it broke stands in its log."""
 
     def broken(training, *rest):
         if training.settings.robots.trainer_type == "ppo":
-            raise MemoryError("no more")
+            raise KeyError("no more")
         return train(training, *rest)
 
     train = jobs.run_training
     monkeypatch.setattr(jobs, "run_training", broken)
     failed = finish_trainings(small(), tmp_path, InProcess())
-    assert failed == {"ppo-3": "MemoryError: no more"}
+    log = training_folders(small(), tmp_path)["ppo-3"] / "log.txt"
+    assert failed == {"ppo-3": f"KeyError: 'no more'; see {log}"}
+    assert "in broken" in log.read_text()
     results = play_tests(small(), tmp_path, InProcess())
     assert {arm_of(r.robots) for r in results} == {"learning", "sweep"}
 

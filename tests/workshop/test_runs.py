@@ -1,6 +1,7 @@
 """Runs in folders: one at a time, and what is told to a second one."""
 
 import ast
+import os
 import tracemalloc
 from subprocess import PIPE
 
@@ -80,6 +81,28 @@ def test_a_lock_that_was_left_can_be_removed_one_that_is_held_cannot(holder, tmp
     remove_left_lock(tmp_path / "out")
     assert not lock.exists()
     remove_left_lock(tmp_path / "out")  # there is none
+
+
+@pytest.fixture
+def part(tmp_path):
+    """What a process that was killed in its first write has left in a folder."""
+    with files.replacing(tmp_path / "out" / "checkpoint-000000.pt") as part:
+        part.touch()
+    return (tmp_path / "out" / "checkpoint-000000.pt").rename(part)
+
+
+@pytest.mark.parametrize("resume", [False, True])
+def test_what_was_half_written_by_a_killed_process_is_removed(resume, part):
+    """Nobody sees it, and a new run would be refused."""
+    with locked(part.parent, resume, list):
+        assert [path.name for path in part.parent.iterdir()] == [".lock"]
+
+
+def test_what_a_killed_worker_was_writing_goes_with_its_lock(part):
+    """Of an experiment that was stopped."""
+    (part.parent / ".lock").touch()
+    remove_left_lock(part.parent)
+    assert not [*part.parent.iterdir()]
 
 
 def test_a_folder_that_somebody_else_made_stays(tmp_path):
@@ -239,6 +262,17 @@ def test_a_table_of_any_size_is_read_row_by_row(tmp_path):
         tracemalloc.stop()
     assert found == [True] * 2000
     assert peak < path.stat().st_size / 10
+
+
+def test_rows_are_on_disk_before_anything_that_is_written_after_them(
+    tmp_path, monkeypatch
+):
+    """Else a checkpoint might outlast the rows of its rounds."""
+    table = Table(tmp_path / "runs.csv", ["name"], [])
+    sizes = []
+    monkeypatch.setattr("os.fsync", lambda file: sizes.append(os.fstat(file).st_size))
+    table.append([{"name": "sweep"}])
+    assert sizes == [len("name\nsweep\n")]
 
 
 def test_a_cell_may_be_as_long_as_a_row(tmp_path):

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import time
 from argparse import Namespace
@@ -240,6 +241,13 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     assert not os.path.exists("x")
 
 
+def test_train_begins_with_a_folder_that_is_called_as_a_strategy(once, run):
+    """Nobody begins with a strategy: its networks are meant."""
+    shutil.copytree(run, "fixed")
+    assert train("--out", "new", "--initialize-from", "fixed") == 0
+    assert list(load_checkpoint("new").task.initial) == ["robots", "fire"]
+
+
 def test_a_file_of_settings_is_read_once_and_each_note_told_once(once, run, capsys):
     """Also with a network to begin with."""
     pytest.importorskip("yaml")
@@ -299,12 +307,13 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(tmp_path, capsy
     ("options", "told"),
     [
         (["--head", "floor", "--seed", "5"], "--head, --seed: a resumed run keeps"),
-        (["--initialize-from", "x"], "--initialize-from: a resumed run keeps"),
+        (["--initialize-from", "learned"], "--initialize-from: a resumed run keeps"),
         (["--settings", "my.yaml"], "take --initialize-from "),
     ],
 )
 def test_refuses_to_resume_as_something_else(run, options, told, capsys):
     """Before anything is written; what it was begun with may be said again."""
+    Path("my.yaml").write_text("reference: {random_fires: 0.9}")
     before = sorted(path.name for path in run.iterdir())
     options = [*options, "--preset", "tiny", "--building", "tiny", "--trainer", "poca"]
     assert status("train", "--resume", "--out", run, *options) == 2
@@ -318,6 +327,19 @@ def test_a_training_against_a_network_may_be_resumed_by_the_word_of_it(run, caps
     assert resumed("against", "--fire", run) == 0
     assert resumed("against", "--fire", "random") == 2
     assert "--fire: a resumed run keeps its options" in capsys.readouterr().err
+
+
+def test_a_training_may_be_resumed_by_its_whole_command_line(once, run, capsys):
+    """Files that it names mean the same as long as their content does."""
+    Path("mine.yaml").write_text("reference: {Robot: {num_epoch: 2}}")
+    begin = ("--preset", "tiny", "--building", "tiny", "--settings", "mine.yaml")
+    begin += ("--initialize-from", run, "--fire", "random", "--out", "new")
+    assert train(*begin) == 0
+    assert resumed("new", *begin) == 0
+    Path("mine.yaml").write_text("reference: {Robot: {num_epoch: 3}}")
+    capsys.readouterr()
+    assert resumed("new", *begin) == 2
+    assert "--settings: a resumed run keeps its options" in capsys.readouterr().err
 
 
 def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
@@ -391,7 +413,9 @@ def test_a_full_disk_ends_the_training_with_one_message(
 
     monkeypatch.setattr("reference.workshop.training.checkpoints.save_checkpoint", full)
     assert train("--out", "new") == 1
-    assert "No space left on device" in capsys.readouterr().err.splitlines()[-1]
+    told = capsys.readouterr().err.partition("No space left on device")[2]
+    how = "Go on with:\n  python -m reference train --workers 0 --resume --out new\n"
+    assert told == (f") {how}" if last else ")\n")
     assert load_checkpoint("new").round == 0 if last else not os.path.exists("new")
 
 
@@ -423,9 +447,8 @@ def test_stopped_it_saves_and_says_how_to_go_on(number, tmp_path):
     _, err = process.communicate(timeout=300)
     assert process.returncode == 130
     assert "Traceback" not in err
-    assert err.endswith(
-        "Go on with:\n  python -m reference train --resume --out long\n"
-    )
+    how = re.escape("Go on with:\n  python -m reference train")
+    assert re.search(how + "( --workers 1)? --resume --out long\n$", err)
     assert not list((tmp_path / "long").glob(".*-part*"))
     assert load_checkpoint("long").task.settings.preset == "tiny"
 

@@ -17,6 +17,7 @@ from reference.learning.players import LearnedNetwork
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
+from reference.paper import InputError
 from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.workers import InProcess, workers
 from reference.workshop.strategies.fires import BusiestFire
@@ -215,6 +216,22 @@ def test_calm_comes_before_the_fires(fixed):
     assert training.learning() == ["robots", "fire"][: 2 - len(fixed)]
 
 
+@pytest.mark.paper("E6", "chosen")
+def test_a_fire_may_wait_for_its_first_job_after_the_calm():
+    """Others stand in for it in whole rounds: it has decided nothing, and goes on."""
+    training = begun(tiny(calm=0.3, random_fires=0.9))
+    robots = training.learners["robots"]
+    while training.calm:
+        training.learn([e for job in training.jobs() for e in play(job)])
+    assert training.learning() == ["robots", "fire"]
+    jobs = training.jobs()
+    assert [job.record for job in jobs] == [("robots",)] * 2
+    before = robots.steps
+    training.learn([e for job in jobs for e in play(job)])
+    assert robots.steps > before
+    assert training.learners["fire"].steps == 0
+
+
 @pytest.mark.paper("E6")
 def test_several_that_do_not_learn_play_in_turn():
     """Job by job, on from one round to the next; scripts and networks."""
@@ -360,13 +377,44 @@ def test_a_round_that_is_being_played_is_dropped(tmp_path):
     assert equal(load_checkpoint(tmp_path).learners, begun().checkpoint().learners)
 
 
-def test_a_worker_that_has_died_costs_the_round_that_it_played(tmp_path):
-    """Though no side would keep a checkpoint yet."""
+@pytest.mark.parametrize("why", [BrokenExecutor, MemoryError, ZeroDivisionError])
+def test_a_worker_that_has_died_costs_the_round_that_it_played(why, tmp_path):
+    """Though no side would keep a checkpoint yet; so does any error of a job."""
     late = {"checkpoint_interval": 1000}
     training = begun(tiny(robots=late, fire=late))
-    with pytest.raises(BrokenExecutor):
-        run_training(training, tmp_path, Stopped(1, BrokenExecutor))
+    with pytest.raises(why):
+        run_training(training, tmp_path, Stopped(1, why))
     assert load_checkpoint(tmp_path).round == training.round == 1
+
+
+def test_a_stop_that_comes_again_waits_until_all_is_saved(tmp_path, monkeypatch):
+    """Else all rounds since the last checkpoint that a side keeps were lost."""
+    late = {"checkpoint_interval": 1000}
+    training = begun(tiny(robots=late, fire=late))
+    collect = training.checkpoint
+
+    def stopped():
+        if training.round:
+            signal.raise_signal(signal.SIGINT)
+        return collect()
+
+    monkeypatch.setattr(training, "checkpoint", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        run_training(training, tmp_path, Stopped(1))
+    assert load_checkpoint(tmp_path).round == training.round == 1
+
+
+def test_a_stop_while_robots_copy_leaves_the_first_checkpoint(tmp_path, capsys):
+    """Half a copy would play by its name; that copying begins anew is told, twice."""
+    training = begun(imitate="patrol")
+    with pytest.raises(KeyboardInterrupt):
+        run_training(training, tmp_path, Stopped(1))
+    assert "robots have not copied all: they begin anew" in capsys.readouterr().err
+    assert len(training.shown) == 1
+    first = load_checkpoint(tmp_path)
+    assert equal(first.learners, begun(imitate="patrol").checkpoint().learners)
+    told = Training.resumed(first).about()
+    assert told.endswith(", once robots have copied patrol, from its beginning")
 
 
 def test_a_copy_that_is_done_stays_where_there_is_nothing_to_decide_later(tmp_path):
@@ -441,6 +489,13 @@ def test_a_table_begins_with_one_header_and_goes_on_where_it_was(tmp_path):
     table_until(tmp_path, 1).append([{"round": 2, "step": 0.5}])
     told = [(row["round"], row["step"]) for row in rows(tmp_path)]
     assert told == [("1", repr(1 / 3)), ("2", "0.5")]
+
+
+def test_a_table_that_a_spreadsheet_has_saved_can_be_moved_away(tmp_path):
+    """A training goes on in its own folder alone, and does not read it."""
+    (tmp_path / SUMMARIES).write_text(";".join(SUMMARY_COLUMNS))
+    with pytest.raises(InputError, match=r"is no table of these runs\. Move it away"):
+        table_until(tmp_path, 1)
 
 
 @pytest.mark.paper("D2")

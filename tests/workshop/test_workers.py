@@ -6,6 +6,8 @@ import signal
 import sys
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from contextlib import redirect_stderr
+from io import StringIO
 from multiprocessing import active_children
 from pickle import PicklingError
 from queue import Empty, SimpleQueue
@@ -135,6 +137,19 @@ def test_a_stop_waits_until_what_must_not_be_disturbed_is_over():
     with ThreadPoolExecutor(1) as thread:
         thread.submit(stop_delayed().__enter__).result()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_what_a_stop_waits_for_is_told_in_the_terminal(monkeypatch):
+    """Also where what a training says goes into a log."""
+    terminal = StringIO()
+    monkeypatch.setattr(sys, "__stderr__", terminal)
+    with (
+        pytest.raises(KeyboardInterrupt),
+        redirect_stderr(StringIO()) as log,
+        stop_delayed("a moment"),
+    ):
+        signal.raise_signal(signal.SIGINT)
+    assert (terminal.getvalue(), log.getvalue()) == ("\na moment\n", "")
 
 
 def test_a_stop_that_waits_is_known_as_one_that_does_not(monkeypatch):

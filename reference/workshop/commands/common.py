@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from reference.paper import InputError
+from reference.workshop.commands.options import CORES
 from reference.workshop.comparing.results import align_columns
 from reference.workshop.comparing.runs import DECIMALS_WRITTEN
 from reference.workshop.storage.files import message_of
@@ -106,7 +107,7 @@ def shell_line(*words: object) -> str:
 
 def _has_begun(folder: Path) -> bool:
     """Is there anything in a run's folder to go on with?"""
-    return folder.exists() and any(p.name != LOCK_FILE for p in folder.iterdir())
+    return folder.is_dir() and any(p.name != LOCK_FILE for p in folder.iterdir())
 
 
 @contextmanager
@@ -119,20 +120,26 @@ def run_in_folder(
 ) -> Iterator[tuple[Any, Executor]]:
     """Start or resume a run in its folder; yield it and workers.
 
-    When it is stopped, or a worker has died, it says how to go on.
+    When it is stopped, a worker has died or the disk is full, it says how to go on.
 
     words: of the command line that resumes it, without --resume and --out
     meanwhile: what a pool's workers do while the run starts
     """
     address: str = getattr(arguments, "cluster", None) or ""  # of experiments only
     pool = None if address else workers(arguments.workers)
+    same: Sequence[object] = ()
     if address:
-        words += ("--cluster", address)
-    advice = "Nothing is kept without --out."
-    if folder:
-        advice = f"Go on with:\n  {shell_line(*words, '--resume', '--out', folder)}"
-    if address:
-        advice = f"Workers finish what they are at, and keep it. {advice}"
+        same = ("--cluster", address)
+    elif arguments.workers != CORES:
+        same = ("--workers", arguments.workers)
+
+    def advice(by: Sequence[object] = same) -> str:
+        """Say how to go on, and by whom."""
+        if not folder:
+            return "Nothing is kept without --out."
+        finish = "Workers finish what they are at, and keep it. " if address else ""
+        line = shell_line(*words, *by, "--resume", "--out", folder)
+        return f"{finish}Go on with:\n  {line}"
 
     try:
         with ExitStack() as stack:
@@ -145,9 +152,15 @@ def run_in_folder(
             yield run, executor
     except BrokenExecutor as error:
         raise InputError(
-            f"a worker has died, perhaps for want of memory: take fewer. {advice}"
+            "a worker has died, perhaps for want of memory: take fewer. "
+            + advice(("--workers", arguments.workers // 2))
         ) from error
+    except OSError as error:
+        worded = error.strerror is None  # what could not be written, and why
+        if worded and folder and _has_begun(folder):
+            raise OSError(f"{error} {advice()}") from error
+        raise
     except KeyboardInterrupt:
         if folder and not _has_begun(folder):  # nothing to go on with
             raise
-        raise KeyboardInterrupt(f"stopped. {advice}") from None
+        raise KeyboardInterrupt(f"stopped. {advice()}") from None

@@ -164,9 +164,8 @@ def _begin_or_resume(arguments: Namespace) -> Any:
     training = starting.resume_training(arguments.out)
     asked = {name: getattr(arguments, name) for name in starting.OPTIONS}
     instead = f"take --initialize-from {arguments.out} into another folder"
-    for side in SIDES:
-        if asked[side] and starting.is_played_by(training.task, side, asked[side]):
-            del asked[side]
+    for name in starting.repeated_options(training.task, arguments):
+        del asked[name]
     begun = starting.options_of(training.task, arguments.scenario or {})
     refuse_options(asked, begun, instead)
     return training

@@ -16,16 +16,23 @@ from contextlib import redirect_stderr
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
+from traceback import print_exc
 from typing import Any
 
 from tqdm import tqdm
 
 import reference
+from reference.paper import InputError
 from reference.workshop.comparing.design import Experiment, arm_of
 from reference.workshop.comparing.matches import Evaluation, with_digests
 from reference.workshop.comparing.runs import RunResult, play_evaluation
 from reference.workshop.engine import make_ready
-from reference.workshop.storage.files import make_folder, read_json, write_json
+from reference.workshop.storage.files import (
+    make_folder,
+    message_of,
+    read_json,
+    write_json,
+)
 from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.runs import (
     LOCK_FILE,
@@ -120,12 +127,30 @@ def finish_trainings(
 
 
 def train_in(job: tuple[Task, str]) -> str:
-    """Train in a folder to the end, alone and with one thread; return why it failed.
+    """Train in a folder to the end; return why it failed, whose traceback is logged."""
+    task, path = job
+    folder = Path(path)
+    log = folder / LOG_FILE
+    try:
+        make_folder(folder)
+        with log.open("a") as file, redirect_stderr(file):
+            try:
+                _train_on(task, folder)
+            except Exception:
+                print_exc()
+                raise
+    except (InputError, OSError) as error:
+        return message_of(error)
+    except Exception as error:
+        return f"{type(error).__name__}: {error}; see {log}"
+    return ""
+
+
+def _train_on(task: Task, folder: Path) -> None:
+    """Train in a folder to the end, alone and with one thread.
 
     What is there already is resumed, unless another process is at work in it.
     """
-    task, path = job
-    folder = Path(path)
 
     def begin() -> Training:
         if not newest_checkpoint(folder):
@@ -134,23 +159,13 @@ def train_in(job: tuple[Task, str]) -> str:
         refuse_numbers(folder, checkpoint.numbers)
         return Training.resumed(checkpoint)
 
-    try:
-        make_folder(folder)
-        with (
-            one_thread(),
-            (folder / LOG_FILE).open("a") as log,
-            redirect_stderr(log),
-            locked(folder, True, begin) as training,
-        ):
-            robots = training.learners["robots"]
-            end = robots.settings.max_steps
-            run_training(training, folder, InProcess(), lambda: robots.steps >= end)
-        # last: it says that all is there
-        facts = training.facts() | {"numbers": paper_numbers()}
-        write_json(folder / DONE_FILE, facts)
-    except Exception as error:
-        return f"{type(error).__name__}: {error}"
-    return ""
+    with one_thread(), locked(folder, True, begin) as training:
+        robots = training.learners["robots"]
+        end = robots.settings.max_steps
+        run_training(training, folder, InProcess(), lambda: robots.steps >= end)
+    # last: it says that all is there
+    facts = training.facts() | {"numbers": paper_numbers()}
+    write_json(folder / DONE_FILE, facts)
 
 
 def refuse_other_work(folder: Path) -> None:

@@ -6,6 +6,7 @@ order of words changes no number.  A training's folder stands for the checkpoint
 its newest when the evaluation begins.
 """
 
+import json
 import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
@@ -363,17 +364,27 @@ def _digest_of_drawing(drawing: Drawing) -> str:
 def refuse_mixing(
     evaluation: Evaluation, folder: Path, played: set[str]
 ) -> Mapping[str, Mapping[str, str]]:
-    """Raise InputError if a folder's runs are of other files or numbers by these names.
+    """Raise InputError if a folder's runs are of other files, numbers or terms.
 
     played: the words of these runs; a word without runs may mean what it likes
 
     Returns the digests that these runs were made with.
     """
     path = folder / EVALUATION_FILE
-    if not played or not path.exists():
+    if not played:
         return {}
+    if not path.exists():
+        raise InputError(
+            f"{path}: is gone, and with it what the runs beside it are of. Put it "
+            "back, or take another folder."
+        )
     content = read_json(path)
     refuse_numbers(path, content.get("numbers"))
+    if content.get("terms", _terms_of(evaluation)) != _terms_of(evaluation):
+        raise InputError(
+            f"{path}: the runs beside it are of another scenario, --sample or --errors."
+            " Put these back, or take another folder."
+        )
     digests = content.get("digests", {})
     with errors_naming(path):
         begun = checked_value("digests", digests, Mapping[str, Mapping[str, str]])
@@ -403,6 +414,7 @@ def resume_evaluation(
     content = read_json(path)
     refuse_version(path, content.pop("version", "unknown"), content.pop("game", 1))
     numbers = content.pop("numbers", None)
+    content.pop("terms", None)  # `refuse_mixing` knows what has played
     begun = record_from(Evaluation, content, str(path))
     with errors_naming(path):
         # code that raised may be mended: `refuse_mixing` knows what has played, later
@@ -457,8 +469,15 @@ def _refuse_misfits(learned: Mapping[str, Any], arena: Arena) -> None:
 def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
     """Write the evaluation into its folder, whole or not at all. Raises OSError.
 
-    Beside it stand version, game and the paper's numbers.
+    Beside it stand version, game, the paper's numbers and a digest of the terms.
     """
-    head = {"version": reference.__version__, "game": reference.GAME}
-    head["numbers"] = paper_numbers()
+    head: dict[str, Any] = {"version": reference.__version__, "game": reference.GAME}
+    head |= {"numbers": paper_numbers(), "terms": _terms_of(evaluation)}
     write_json(folder / EVALUATION_FILE, head | asdict(evaluation))
+
+
+def _terms_of(evaluation: Evaluation) -> str:
+    """Digest under what its runs are played: they do not tell it themselves."""
+    scenario = asdict(evaluation.arena.scenario)
+    terms = [scenario, evaluation.sample, evaluation.errors]
+    return digest_of(json.dumps(terms).encode())

@@ -9,6 +9,7 @@ than the jobs that were being played.
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -115,9 +116,11 @@ def play_evaluation(
         if table:
             table.append(map(row_of, results))
 
+    written = [*done]
     ordered = [done.pop(run) for run in evaluation.runs]
-    if folder:
-        table_of(folder / RUNS_FILE, [*ordered, *done.values()])
+    if folder and written != [*evaluation.runs, *done]:
+        with suppress(OSError):  # all rows are there, in another order
+            table_of(folder / RUNS_FILE, [*ordered, *done.values()])
     return ordered
 
 

@@ -18,6 +18,7 @@ from typing import Any, BinaryIO, TextIO, TypeVar
 
 from reference.paper import InputError
 
+PART = ".fire-rescue-part-"  # begins the name of what is being written
 LARGEST_NUMBER = 2.0**64  # limit of numbers in files: larger ones would overflow
 
 
@@ -77,7 +78,8 @@ def replacing(path: Path) -> Iterator[Path]:
     made is removed. Raises OSError with a message for people.
     """
     whole = Path(os.path.realpath(path))  # which also takes a link to itself
-    partial = whole.with_name(f".{whole.stem[:40]}-{os.getpid()}-part{whole.suffix}")
+    own = f"{PART}{whole.stem[:40]}-{os.getpid()}{whole.suffix}"
+    partial = whole.with_name(own)
     advice = "What was there is as it was. Make room, or name another place."
     with _reworded_errors(path, advice), folder_for_block(whole.parent):
         try:
@@ -86,9 +88,20 @@ def replacing(path: Path) -> Iterator[Path]:
                 copymode(whole, partial)
             os.replace(partial, whole)
         finally:
-            rmtree(partial, ignore_errors=True)
-            with suppress(OSError):
-                partial.unlink()
+            _remove(partial)
+
+
+def remove_parts(folder: Path) -> None:
+    """Remove what was being written in a folder by processes that were killed."""
+    for partial in folder.glob(f"{PART}*"):
+        _remove(partial)
+
+
+def _remove(path: Path) -> None:
+    """Remove a file or folder, if it is there and can be removed."""
+    rmtree(path, ignore_errors=True)
+    with suppress(OSError):
+        path.unlink()
 
 
 def write_whole(path: Path, content: bytes | memoryview) -> None:
@@ -209,10 +222,12 @@ class Table:
         write_whole(path, self._text([dict(zip(columns, columns, strict=True)), *rows]))
 
     def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
-        """Add rows at the end. Raises OSError with a message for people."""
-        advice = "The rows in it are whole. Make room, and go on with --resume."
+        """Add rows at the end, on disk. Raises OSError with a message for people."""
+        advice = "A row that is cut is left out. Make room, and go on with --resume."
         with _reworded_errors(self.path, advice), self.path.open("ab") as file:
             file.write(self._text(rows))
+            file.flush()
+            os.fsync(file.fileno())
 
     def _text(self, rows: Iterable[Mapping[str, Any]]) -> bytes:
         text = StringIO()
@@ -221,10 +236,14 @@ class Table:
 
 
 def read_table(
-    path: Path, columns: Sequence[str], made: Callable[[dict[str, str]], RowMade]
+    path: Path,
+    columns: Sequence[str],
+    made: Callable[[dict[str, str]], RowMade],
+    advice: str = "Name another folder.",
 ) -> list[RowMade]:
     """Read the rows of a `Table` through `made`; none where there is no file.
 
+    advice: what to do about a file that is another table
     An unfinished last row is dropped. Raises ValueError for a file that holds anything
     else, OSError for one that cannot be read.
     """
@@ -235,7 +254,7 @@ def read_table(
         whole = _whole_lines(file)
         head = next(whole, "")
         if path.stat().st_size and head.rstrip("\r\n") != ",".join(columns):
-            raise InputError(f"{path}: is no table of these runs. Name another folder.")
+            raise InputError(f"{path}: is no table of these runs. {advice}")
         lines = csv.reader(whole)
         try:
             return [made(_by_column(columns, row)) for row in lines if row]

@@ -16,7 +16,11 @@ from filelock import FileLock, Timeout
 
 import reference
 from reference.paper import InputError
-from reference.workshop.storage.files import errors_naming, folder_for_block
+from reference.workshop.storage.files import (
+    errors_naming,
+    folder_for_block,
+    remove_parts,
+)
 from reference.workshop.storage.numbers import paper_numbers
 from reference.workshop.storage.records import checked_mapping
 
@@ -60,11 +64,13 @@ def locked(
 def _lock(folder: Path) -> Iterator[None]:
     """Lock a folder until the block ends, or refuse one that is locked.
 
-    The lock ends with the process, too.
+    The lock ends with the process, too. What one that was killed has left half-written
+    is removed.
     """
     path = folder / LOCK_FILE
     try:
         with folder_for_block(folder), FileLock(path, blocking=False):
+            remove_parts(folder)
             try:
                 yield
             finally:
@@ -77,10 +83,14 @@ def _lock(folder: Path) -> Iterator[None]:
 
 
 def remove_left_lock(folder: Path) -> None:
-    """Remove the lock of a run whose process was killed; one at work keeps its own."""
+    """Remove what a killed run has left: its lock, and what it was writing.
+
+    One at work keeps its own.
+    """
     path = folder / LOCK_FILE
     if path.exists():
         with suppress(Timeout, OSError), FileLock(path, blocking=False):
+            remove_parts(folder)
             path.unlink()
 
 

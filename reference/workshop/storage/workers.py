@@ -82,7 +82,7 @@ def stop_delayed(told: str = "") -> Iterator[None]:
         if before[number] is stop:
             STOPPED_BY.append(number)
         if told:
-            print(f"\n{told}", file=sys.stderr)
+            print(f"\n{told}", file=sys.__stderr__)  # sys.stderr may be a log
 
     heeded = STOPS if current_thread() is main_thread() else []  # it alone hears any
     raising = (stop, signal.default_int_handler)

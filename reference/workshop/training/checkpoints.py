@@ -11,7 +11,9 @@ from copy import deepcopy
 from dataclasses import asdict, dataclass, field, fields, replace
 from hashlib import sha256
 from io import BytesIO
+from itertools import accumulate
 from pathlib import Path
+from re import fullmatch
 from sys import intern
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -35,8 +37,9 @@ from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.families import Family
 from reference.workshop.training.presets import Settings
 
-FILE_PATTERN = "checkpoint-[0-9]*.pt"
 KIND = "checkpoint of fire-rescue-reference"
+ARCHIVE = b"PK\3\4"
+"""How a zip begins that has something in it."""
 FORMAT = 9
 """Grows whenever settings, observations, actions or networks mean something else."""
 
@@ -140,13 +143,19 @@ def keep_checkpoint(
     save_checkpoint(checkpoint, path)
     # Only now: a disk that is full must not cost the checkpoint before.
     stay = {path, *(_file_of(number, folder) for number in rounds)}
-    for old in set(folder.glob(FILE_PATTERN)) - stay:
+    for old in {*checkpoints_in(folder)} - stay:
         old.unlink(missing_ok=True)
     return path
 
 
 def _file_of(number: int, folder: Path) -> Path:
     return folder / f"checkpoint-{number:06}.pt"
+
+
+def _round_of(path: Path) -> int | None:
+    """The round in a checkpoint's name; None where the name is not ours: a copy's."""
+    named = fullmatch(r"checkpoint-([0-9]{6,})\.pt", path.name)
+    return int(named[1]) if named else None
 
 
 def newest_checkpoint(folder: Path) -> Path | None:
@@ -156,8 +165,9 @@ def newest_checkpoint(folder: Path) -> Path | None:
 
 def checkpoints_in(folder: Path) -> list[Path]:
     """All checkpoints in a folder, the latest last."""
-    paths = folder.glob(FILE_PATTERN)
-    return sorted(paths, key=lambda path: (len(path.name), path.name))
+    rounds = {path: _round_of(path) for path in folder.glob("*.pt")}
+    own = {path: number for path, number in rounds.items() if number is not None}
+    return sorted(own, key=own.__getitem__)
 
 
 def save_checkpoint(checkpoint: Checkpoint, path: Path) -> None:
@@ -192,12 +202,11 @@ def load_checkpoint(path: str | Path) -> Checkpoint:
     path: LEARNED stands for what ships. Raises CheckpointError for anything else,
     OSError for an unreadable file.
     """
-    in_folder = path != LEARNED and Path(path).is_dir()
     path = checkpoint_file(path)
-    older = checkpoints_in(path.parent)[:-1] if in_folder else []
     advice = "Name another."
-    if older:
-        advice = f"Delete it, and {older[-1].name} is the newest."
+    *_, older, newest = None, None, *checkpoints_in(path.parent)
+    if older and path == newest:
+        advice = f"Delete it, and {older.name} is the newest."
     content = _content(path, advice)
     # Before anything else is read: what follows may mean something else there.
     made = content.get("format")
@@ -218,17 +227,20 @@ def _content(path: Path, advice: str) -> dict[str, Any]:
     refuse_no_file(path)
     damaged = must_fit(path, "is damaged, or is no checkpoint", advice)
     with path.open("rb") as file, damaged:
+        if file.read(4) != ARCHIVE:  # torch would read an older kind, unchecked
+            raise BadZipFile
         archive = ZipFile(file)
         packed = [part for part in archive.infolist() if part.compress_type]
         if packed or archive.testzip():  # torch compresses nothing, and does not look
             raise BadZipFile
         file.seek(0)
         content = torch.load(file, map_location="cpu", weights_only=True)
-        # A tensor of stride 0 claims gigabytes in a file of a few bytes.
-        claimed = sum(t.numel() * t.element_size() for t in _leaves(content, Tensor))
+        # A tensor of stride 0 claims gigabytes in a file of a few bytes, as does a list
+        # of a list twice, of a list twice, ...
+        claimed = accumulate(map(_size_of, _leaves(content, object)))
         there = sum(part.file_size for part in archive.infolist())
-        if claimed > there:
-            raise ValueError("tensors larger than the file")
+        if any(size > there for size in claimed):
+            raise ValueError("parts larger than the file")
         if not isinstance(content, Mapping) or content["kind"] != KIND:
             raise ValueError("of another program")
         return dict(content)
@@ -317,14 +329,21 @@ def _shapes_of(weights: Mapping[str, Tensor]) -> dict[str, torch.Size]:
 
 
 def _leaves(plain: Any, kind: Any) -> Iterator[Any]:
-    """Find all of a kind in plain data, however deep."""
+    """Find all of a kind in plain data, however deep; what is shared, each time."""
     if isinstance(plain, kind):
         yield plain
-    elif isinstance(plain, Mapping):
-        yield from _leaves([*plain.values()], kind)
-    elif isinstance(plain, list | tuple):
+    if isinstance(plain, Mapping):
+        plain = [*plain, *plain.values()]
+    if isinstance(plain, list | tuple):
         for part in plain:
             yield from _leaves(part, kind)
+
+
+def _size_of(part: Any) -> int:
+    """Bytes that a part has in a file, at least, without those in it."""
+    if isinstance(part, Tensor):
+        return part.numel() * part.element_size()
+    return len(part) if isinstance(part, str) else 1
 
 
 def _player(plain: Any) -> LearnedNetwork | str:
@@ -350,10 +369,13 @@ def state_of(learner: Learner) -> dict[str, Any]:
 
 
 def restore(learner: Learner, state: dict[str, Any]) -> None:
-    """Load what `state_of` gave."""
+    """Load what `state_of` gave. Raises ValueError and others for what misfits."""
+    wanted = learner.optimiser.param_groups[0].keys()
     for name in NETWORKS:
         # Copied: an optimiser would go on in the tensors that it is given.
         getattr(learner, name).load_state_dict(deepcopy(state[name]))
+    if any(wanted - group.keys() for group in learner.optimiser.param_groups):
+        raise ValueError("an optimiser without all of its rows")
     for weight, moments in learner.optimiser.state.items():
         for moment in _leaves(dict(moments), Tensor):
             if moment.dim() and moment.shape != weight.shape:  # a count has no shape
@@ -362,9 +384,29 @@ def restore(learner: Learner, state: dict[str, Any]) -> None:
         Decisions(**part | {"grids": _unpacked(part["grids"])})
         for part in state["buffer"]
     ]
+    _refuse_decisions(learner)
     learner.rng.set_state(state["rng"])
     check_type("steps", state["steps"], int)
     learner.steps = state["steps"]
+
+
+def _refuse_decisions(learner: Learner) -> None:
+    """Raise an error for a buffer from which its learner could not learn, rounds later.
+
+    Its networks read a decision of each part.
+    """
+    for part in learner.buffer:
+        columns = vars(part).values()
+        if len({len(column) for column in columns}) > 1:
+            raise ValueError("columns of decisions that differ in length")
+        if not all(column.isfinite().all() for column in columns):
+            raise ValueError("decisions that are no finite numbers")
+        with torch.no_grad():
+            loss, _ = learner.loss(part.rows(torch.arange(1)), epsilon=0.2, beta=0.0)
+        if loss.dtype != torch.float32:
+            raise ValueError(f"decisions of another type, {loss.dtype}")
+    if learner.buffer:
+        learner.joined(learner.buffer)
 
 
 def _packed(grids: Tensor) -> dict[str, Any]:

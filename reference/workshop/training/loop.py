@@ -7,7 +7,7 @@ number is a setting.
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import BrokenExecutor, Executor
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -51,10 +51,10 @@ def run_training(
 
     The folder gets checkpoints, the first before anything else, and summaries.csv.
     Returns the last checkpoint's path. Raises OSError where nothing can be written. A
-    KeyboardInterrupt, or a worker that has died, drops a round that is being played;
-    one that is being learned from ends first. Then a checkpoint is saved, and it is
-    raised. Raises SettingsError where there is nothing to decide: a folder that was
-    empty is empty again then, but for a copy that is done.
+    KeyboardInterrupt, or whatever a job raises, drops a round that is being played; one
+    that is being learned from ends first. Then a checkpoint is saved, and it is raised.
+    Raises SettingsError where there is nothing to decide: a folder that was empty is
+    empty again then, but for a copy that is done.
     """
     make_folder(folder)
     begun = newest_checkpoint(folder)
@@ -71,7 +71,11 @@ def run_training(
                 if not training.imitated:
                     pace = Pace(bar.total, bar.n)  # copying takes no decisions
                 # PLAY
-                episodes = _play_round(training, executor, costs)
+                try:
+                    episodes = _play_round(training, executor, costs)
+                except Exception:  # of any kind: nothing is half-learned
+                    _save_to_resume(training, folder)
+                    raise
                 with stop_delayed("stopping as soon as this round is learned from"):
                     # LEARN
                     rows = training.learn(episodes)
@@ -84,8 +88,8 @@ def run_training(
                     due = [side for side in over if over[side] != before[side]]
                     if due:
                         _save(training, folder, due)
-    except (KeyboardInterrupt, BrokenExecutor):
-        _save(training, folder, ())  # a temporary one, to resume from
+    except KeyboardInterrupt:
+        _save_to_resume(training, folder)
         raise
     except SettingsError:
         copied = training.task.imitate and training.imitated
@@ -164,6 +168,18 @@ def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:
     return keep_checkpoint(
         training.checkpoint(), folder, chain(*training.kept.values())
     )
+
+
+def _save_to_resume(training: Training, folder: Path) -> None:
+    """Write a checkpoint that no side keeps; a stop that comes again waits.
+
+    Not while robots copy: the first one is there, and nothing resumes from half a copy.
+    """
+    if not training.imitated:
+        print("robots have not copied all: they begin anew", file=sys.stderr)
+        return
+    with stop_delayed("saving"):
+        _save(training, folder, ())
 
 
 def _intervals(training: Training) -> dict[Side, int]:

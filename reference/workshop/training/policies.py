@@ -225,13 +225,20 @@ def _numbers() -> str:
 def fixed_player(
     word: str, side: Side, building: Building | None, scenario: Scenario
 ) -> LearnedNetwork | str:
-    """A strategy's name, or the network of a checkpoint; refuses one that misfits.
+    """A strategy's name, or the network of a checkpoint, as `network_of` says."""
+    if word in SCRIPTS[side]:
+        return word
+    return network_of(word, side, building, scenario)
+
+
+def network_of(
+    word: str, side: Side, building: Building | None, scenario: Scenario
+) -> LearnedNetwork:
+    """The network of a checkpoint, or the one that ships; refuses one that misfits.
 
     building: None for several, of which the training itself refuses networks.
     Says on stderr if it learned with other numbers of the paper.
     """
-    if word in SCRIPTS[side]:
-        return word
     with errors_naming(f"{side} {word}"):
         if building is not None:
             policy = POLICIES[side](word).playing_in(building, scenario)

@@ -24,6 +24,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.storage.records import SettingsError, record_from
 from reference.workshop.storage.scenarios import differing, in_words
+from reference.workshop.storage.words import unknown_name
 from reference.workshop.storage.workers import chunks, one_thread, torch_threads
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.batches import LEARNERS_OF_SEVERAL
@@ -37,7 +38,12 @@ from reference.workshop.training.checkpoints import (
 from reference.workshop.training.families import HEADS_OF_SEVERAL, Family, job_in
 from reference.workshop.training.gradient import measure_signal
 from reference.workshop.training.imitation import Demonstration, clone
-from reference.workshop.training.summaries import PRETRAINING, RunningMeans, SummaryRow
+from reference.workshop.training.summaries import (
+    FACTS,
+    PRETRAINING,
+    RunningMeans,
+    SummaryRow,
+)
 
 # What seeds are for: those of one purpose never meet another's.
 OF_LEARNERS = 0
@@ -71,6 +77,10 @@ class Progress:
     kept: dict[Side, tuple[int, ...]]
     latest: dict[str, float]
     summaries: dict[Side, RunningMeans]
+
+    def __post_init__(self) -> None:
+        if self.latest and not {*FACTS} <= self.latest.keys():
+            raise SettingsError("facts of the last round are missing")
 
 
 class Training:
@@ -231,6 +241,12 @@ class Training:
             return {"fire": FIRES[name]()}
         return self._earlier(job - before)
 
+    def _sides_with_jobs(self) -> set[Side]:
+        """The sides that play in this round: others may stand in all through."""
+        first = self.round * self.settings.jobs_per_round
+        jobs = range(first, first + self.settings.jobs_per_round)
+        return {side for job in jobs for side in SIDES if side not in self._others(job)}
+
     def _earlier(self, job: int) -> dict[Side, Any]:
         """Let a side play as it was earlier, in the league's share of jobs.
 
@@ -268,7 +284,7 @@ class Training:
     def learn(self, episodes: Sequence[Episode]) -> list[SummaryRow]:
         """Update the learners whose turn it is; return the summary rows due.
 
-        Raises SettingsError if in their first round they had nothing to decide.
+        Raises SettingsError if in their first jobs they had nothing to decide.
         """
         with one_thread():
             if not self.imitated:
@@ -282,13 +298,14 @@ class Training:
         self.latest = {name: mean(f[name] for f in facts) for name in facts[0]}
         phase = "together" if len(learning) > 1 else learning[0]
         when = {"round": self.round + 1, "episodes": self.episodes, "phase": phase}
+        with_jobs = self._sides_with_jobs()
 
         rows: list[SummaryRow] = []
         for side in learning:
             learner = self.learners[side]
             learner.add(trajectories_of(side, episodes))
             update = self._update(side) if learner.full else {}
-            if not learner.steps:
+            if not learner.steps and side in with_jobs:
                 raise SettingsError(
                     f"{side}: nothing to decide in a whole round. Give the scenario "
                     "more time, people, robots or sources."
@@ -352,6 +369,8 @@ class Training:
         if changed:
             where += f", {in_words(scenario, changed)}"
         left = f"{self.left:,} decisions to go"
+        if not self.imitated:
+            left += f", once robots have copied {self.task.imitate}, from its beginning"
         if self.finished:
             left = "finished already, nothing is left to learn"
         return f"{where}: {sides}, seed {self.task.seed}; {left}"
@@ -426,10 +445,15 @@ class Training:
         task = checkpoint.task
         training = cls(task)
         building = building_of(task.plans[0])  # of a family: an example
+        # What cannot play fails here, not in a worker.
         for side, players in task.fixed.items():
+            if side not in SIDES or not players:
+                raise ValueError(f"nobody plays {side!s:.60}")
             for who in players:
-                if isinstance(who, LearnedNetwork):  # fails here, not in a worker
+                if isinstance(who, LearnedNetwork):
                     who.player(side, building, task.settings.scenario)
+                elif who not in SCRIPTS[side]:
+                    raise ValueError(f"{side} {unknown_name(who, SCRIPTS[side])}")
         progress = record_from(Progress, checkpoint.progress, "progress")
         if not progress.imitated:
             return training

@@ -2,7 +2,7 @@
 
 import sys
 from argparse import Namespace
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,10 +17,10 @@ from reference.workshop.storage.runs import refuse_numbers, refuse_version
 from reference.workshop.storage.scenarios import kept_fields, with_stated
 from reference.workshop.storage.settings import read_yaml_file
 from reference.workshop.training import checkpoints
-from reference.workshop.training.checkpoints import CheckpointError, Task
+from reference.workshop.training.checkpoints import CheckpointError, Task, player_names
 from reference.workshop.training.families import RANDOM, family_of, map_named
 from reference.workshop.training.mlagents import with_trainer_file
-from reference.workshop.training.policies import fixed_player
+from reference.workshop.training.policies import fixed_player, network_of
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.rounds import NETWORK_ROWS, Training
 
@@ -98,7 +98,7 @@ def _networks_to_begin_with(
     """Take the networks of a checkpoint for those who learn there and here.
 
     Robots that imitate begin with random ones. Raises CheckpointError if nobody learned
-    there who learns here, else as `fixed_player`.
+    there who learns here, else as `network_of`.
     """
     path = asked.initialize_from
     if path is None:
@@ -108,7 +108,7 @@ def _networks_to_begin_with(
     if asked.imitate:
         taken.add("robots")
     initial = {
-        side: fixed_player(path, side, building, scenario)
+        side: network_of(path, side, building, scenario)
         for side in SIDES
         if side not in taken and made.learned(side) is not None
     }
@@ -197,16 +197,35 @@ def _refuse_other_map(task: Task) -> None:
             )
 
 
-def is_played_by(task: Task, side: Side, words: Sequence[str]) -> bool:
-    """Are these the words of who has played a side from the training's start on?
+def repeated_options(task: Task, asked: Namespace) -> Iterator[str]:
+    """Yield which options that name files mean what a training began with.
 
-    Of networks the weights are compared. Raises as `fixed_player`.
+    Networks are compared by their weights, a file of settings by what it makes. Raises
+    as `begin_training`.
     """
     building = building_of(task.plan) if task.plan else None
     scenario = task.settings.scenario
-    asked = [fixed_player(word, side, building, scenario) for word in words]
-    begun = task.fixed.get(side, ())
-    return checkpoints.player_names(asked) == checkpoints.player_names(begun)
+    for side in SIDES:
+        words = getattr(asked, side) or ()
+        who = [fixed_player(word, side, building, scenario) for word in words]
+        if player_names(who) == player_names(task.fixed.get(side, ())):
+            yield side
+
+    as_begun = {"preset": task.settings.preset, "imitate": task.imitate}
+    asked = Namespace(**vars(asked) | as_begun)
+    if asked.settings:
+        read = read_yaml_file(asked.settings)
+        settings, _ = _settings(asked, read, task.initial)
+        if settings == task.settings:
+            yield "settings"
+    if asked.initialize_from:
+        initial = _networks_to_begin_with(asked, task.fixed, building, scenario)
+        if _names_of(initial) == _names_of(task.initial):
+            yield "initialize_from"
+
+
+def _names_of(networks: Mapping[Side, LearnedNetwork]) -> dict[Side, str]:
+    return {side: player_names([who]) for side, who in networks.items()}
 
 
 def options_of(task: Task, stated: Mapping[str, Any]) -> dict[str, Any]:
@@ -216,12 +235,13 @@ def options_of(task: Task, stated: Mapping[str, Any]) -> dict[str, Any]:
     """
     robots = task.settings.robots
     family = task.family
-    own = {
-        "building": list(family.names if family and family.names else [task.building]),
+    return {
         "preset": task.settings.preset,
+        "building": list(family.names if family and family.names else [task.building]),
         "trainer": robots.trainer_type,
         "head": robots.head,
+        **{side: list(who) for side, who in task.fixed.items()},
+        "imitate": task.imitate,
+        "seed": task.seed,
         "scenario": kept_fields(task.settings.scenario, stated),
     }
-    rest = {side: list(who) for side, who in task.fixed.items()}
-    return vars(task) | own | rest

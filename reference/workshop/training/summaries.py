@@ -18,6 +18,9 @@ from reference.workshop.storage.records import SettingsError
 SUMMARIES = "summaries.csv"
 """Name of the table in the folder of a training."""
 
+FOREIGN = "Move it away: it begins anew then, and the training loses nothing else."
+"""Advice where something else stands in the table's place."""
+
 WHEN_COLUMNS = ("side", "step", "round", "episodes", "phase")
 """Whose row; its side's decisions, rounds and episodes so far; who is learning."""
 
@@ -38,6 +41,9 @@ EPISODE_COLUMNS = {
     "Environment/Fires Refused": "refused",
 }
 """Columns, and the episode's fact that each averages; the group is the robots'."""
+
+FACTS = {*EPISODE_COLUMNS.values(), "fire_reward"}
+"""Of an episode."""
 
 SIGNAL = "Policy/Signal to Noise"
 EXPLAINED = "Policy/Explained Variance"
@@ -119,7 +125,9 @@ def table_until(folder: Path, rounds: int) -> Table:
     Raises ValueError for a file that is another table, OSError.
     """
     path = folder / SUMMARIES
-    there = read_table(path, SUMMARY_COLUMNS, lambda row: (int(row["round"]), row))
+    there = read_table(
+        path, SUMMARY_COLUMNS, lambda row: (int(row["round"]), row), FOREIGN
+    )
     return Table(
         path, SUMMARY_COLUMNS, (row for round, row in there if round <= rounds)
     )
