@@ -239,6 +239,16 @@ def _move(run: Simulation, rng: Rng, i: int) -> None:
 
 
 def _hurt(run: Simulation, rng: Rng, i: int) -> None:
+def _join(run: Simulation, rng: Rng, i: int) -> None:
+    """Somebody is put where another stands."""
+    bodies = run.world.bodies
+    there = np.flatnonzero(bodies.walking & (bodies.floor == bodies.floor[i]))
+    if bodies.walking[i]:
+        j = rng.choice(there)
+        bodies.position[i] = bodies.position[j]
+        bodies.place[i] = bodies.place[j]
+
+
     run.world.bodies.health[i] -= 50.0
 
 
@@ -274,6 +284,14 @@ def _move_robots(run: Simulation, rng: Rng, i: int) -> None:
 
 
 def _burn_door(run: Simulation, rng: Rng, i: int) -> None:
+def _shift_robots(run: Simulation, rng: Rng, i: int) -> None:
+    """Robots are put elsewhere; their place follows by itself."""
+    rooms = run.building.kind == Kind.FLOOR
+    for robot in run.world.robots:
+        there = run.building.random_point(rooms[robot.floor], rng)
+        robot.position = np.array(there)
+
+
     doors = [m.index for m in run.building.landmarks if m.kind is Kind.DOOR]
     if doors:
         run.world.burnt.add(doors[i % len(doors)])
@@ -309,8 +327,9 @@ def _die(run: Simulation, rng: Rng, i: int) -> None:
 
 
 ODD = (
-    _move, _hurt, _speed_up, _lose_memory, _change_mind, _new_minds, _halt_robots,
-    _move_robots, _burn_door, _ignite, _light, _fill_door, _all_think, _die,
+    _move, _join, _hurt, _speed_up, _lose_memory, _change_mind, _new_minds,
+    _halt_robots, _move_robots, _shift_robots, _burn_door, _ignite, _light, _fill_door,
+    _all_think, _die,
 )  # fmt: skip
 
 

@@ -23,6 +23,8 @@ from equality import (
 from reference import paper
 from reference.simulation import Simulation
 from reference.workshop import engine
+from reference.building import Kind
+from reference.fire import NoFire
 from reference.workshop.engine.going import advance
 from reference.workshop.engine.state import OF_PAPER
 from reference.world import Died, Evacuated
@@ -191,6 +193,67 @@ def test_robots_may_be_sent_beyond_all_walls(x: float) -> None:
 
 
 # -- Whoever changes the world ------------------------------------------------------
+
+def test_two_in_one_spot_are_no_end_of_time() -> None:
+    """As a world that is handed in may have them."""
+    book, other = both(people=2)
+    for run in (book, other):
+        bodies = run.world.bodies
+        bodies.position[1] = bodies.position[0]
+        bodies.place[1] = bodies.place[0]
+        bodies.floor[1] = bodies.floor[0]
+    assert same_after(book, other, 60) == ""
+
+
+class Stay:
+    """Robots keep the way that they have."""
+
+    def decide(self, world: Any, robots: Any, rng: Any) -> Any:
+        """Decide nothing."""
+        return [None] * len(robots)
+
+
+def test_a_robot_is_where_its_position_is() -> None:
+    """Though it has no way to go, and nobody has said in which cell it is."""
+    book, other = both(people=4)
+    for run in (book, other):
+        run.robot_strategy = Stay()
+        robot = run.world.robots[0]
+        rooms = run.building.kind[robot.floor] == Kind.FLOOR
+        there = run.building.random_point(rooms, np.random.default_rng(1))
+        assert run.navigation.place(robot.floor, *there) != robot.place
+        robot.position = np.array(there)
+    assert same_after(book, other, 10) == ""
+
+
+def test_the_way_of_a_robot_in_a_wall_has_no_end() -> None:
+    """It would cut a corner in every tick: the book puts one more place before it."""
+    book, other = both(people=4)
+    size = book.navigation.floor_size
+    for run in (book, other):
+        run.robot_strategy = Stay()
+        robot = run.world.robots[0]
+        robot.position = run.navigation.centres[robot.floor * size].copy()
+        robot.way = [robot.place] * (size - 4)
+    assert same_after(book, other, 30) == ""
+    assert len(other.world.robots[0].way) == size + 26
+    other = pickle.loads(pickle.dumps(other))
+    assert same_after(book, other, 5) == ""
+
+
+def test_no_fire_that_decides_is_a_fire() -> None:
+    """Whoever puts a method of their own into the book's strategy is asked."""
+
+    def decide(world: Any, rng: Any) -> Any:
+        return 0, *world.bodies.position[0].tolist()
+
+    book, other = both(robots="none", fire="none", decision_seconds=1.0)
+    for run in (book, other):
+        assert isinstance(run.fire_strategy, NoFire)
+        vars(run.fire_strategy)["decide"] = decide
+    assert same_after(book, other, 60) == ""
+    assert other.world.flames.sources
+
 
 
 @pytest.mark.parametrize("odd", ODD, ids=lambda odd: odd.__name__.strip("_"))
