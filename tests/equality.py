@@ -18,7 +18,7 @@ import pickle
 import sys
 import time
 from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import fields
 from functools import lru_cache
 from itertools import zip_longest
@@ -40,6 +40,7 @@ TOGETHER = 20  # emergencies that share a building and a range of sight
 SHIPPED = ("tiny", "paper", "tower", "school", "museum", "maze")
 AT_DECISIONS = 0.1  # share of emergencies that go from decision to decision
 MEDDLED_WITH = 0.3  # share of emergencies that are odd
+PATIENCE = 1200.0  # seconds in which one of the workers is done; else all hang
 
 
 # -- What is compared ---------------------------------------------------------------
@@ -238,7 +239,6 @@ def _move(run: Simulation, rng: Rng, i: int) -> None:
         bodies.place[i] = run.navigation.place(floor, x, y)
 
 
-def _hurt(run: Simulation, rng: Rng, i: int) -> None:
 def _join(run: Simulation, rng: Rng, i: int) -> None:
     """Somebody is put where another stands."""
     bodies = run.world.bodies
@@ -249,6 +249,7 @@ def _join(run: Simulation, rng: Rng, i: int) -> None:
         bodies.place[i] = bodies.place[j]
 
 
+def _hurt(run: Simulation, rng: Rng, i: int) -> None:
     run.world.bodies.health[i] -= 50.0
 
 
@@ -283,7 +284,6 @@ def _move_robots(run: Simulation, rng: Rng, i: int) -> None:
         robot.way = []
 
 
-def _burn_door(run: Simulation, rng: Rng, i: int) -> None:
 def _shift_robots(run: Simulation, rng: Rng, i: int) -> None:
     """Robots are put elsewhere; their place follows by itself."""
     rooms = run.building.kind == Kind.FLOOR
@@ -292,6 +292,7 @@ def _shift_robots(run: Simulation, rng: Rng, i: int) -> None:
         robot.position = np.array(there)
 
 
+def _burn_door(run: Simulation, rng: Rng, i: int) -> None:
     doors = [m.index for m in run.building.landmarks if m.kind is Kind.DOOR]
     if doors:
         run.world.burnt.add(doors[i % len(doors)])
@@ -433,13 +434,24 @@ def compare_many(least: int, workers: int) -> Part:
     first = 0
     # workers load what is compiled
     with ProcessPoolExecutor(workers, initializer=make_ready, initargs=(say,)) as pool:
-        running = set()
-        while total.compared < least and not total.found:
-            while len(running) < workers:
-                running.add(pool.submit(compare, range(first, first + TOGETHER)))
+        running: dict[Future[Part], range] = {}
+        while True:
+            goes_on = total.compared < least and not total.found
+            while goes_on and len(running) < workers:
+                numbers = range(first, first + TOGETHER)
+                running[pool.submit(compare, numbers)] = numbers
                 first += TOGETHER
-            done, running = wait(running, return_when=FIRST_COMPLETED)
-            for part in (job.result() for job in done):
+            if not running:
+                break
+            done, others = wait(running, PATIENCE, FIRST_COMPLETED)
+            if not done:
+                for worker in pool._processes.values():
+                    worker.kill()
+                late = " or ".join(sorted(str(running[job]) for job in others))
+                return total._replace(found=f"no end of an emergency in {late}")
+            for job in done:
+                del running[job]
+                part = job.result()
                 total = Part(
                     total.emergencies + part.emergencies,
                     total.compared + part.compared,
@@ -447,9 +459,6 @@ def compare_many(least: int, workers: int) -> Part:
                 )
             minutes = (time.monotonic() - begun) / 60
             say(f"{minutes:.1f} min: {total.compared:,} states")
-        for job in running:
-            job.cancel()
-        say("the last ones end")
     return total
 
 

@@ -1,6 +1,7 @@
 """The engine against the book: whole simulations, tick by tick, to the last bit."""
 
 import pickle
+import time
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 pytest.importorskip("numba")
 
+import equality
 from equality import (
     ODD,
     TOGETHER,
@@ -21,10 +23,10 @@ from equality import (
 )
 
 from reference import paper
-from reference.simulation import Simulation
-from reference.workshop import engine
 from reference.building import Kind
 from reference.fire import NoFire
+from reference.simulation import Simulation
+from reference.workshop import engine
 from reference.workshop.engine.going import advance
 from reference.workshop.engine.state import OF_PAPER
 from reference.world import Died, Evacuated
@@ -192,8 +194,6 @@ def test_robots_may_be_sent_beyond_all_walls(x: float) -> None:
     assert same_after(book, other, 60) == ""
 
 
-# -- Whoever changes the world ------------------------------------------------------
-
 def test_two_in_one_spot_are_no_end_of_time() -> None:
     """As a world that is handed in may have them."""
     book, other = both(people=2)
@@ -254,6 +254,8 @@ def test_no_fire_that_decides_is_a_fire() -> None:
     assert same_after(book, other, 60) == ""
     assert other.world.flames.sources
 
+
+# -- Whoever changes the world ------------------------------------------------------
 
 
 @pytest.mark.parametrize("odd", ODD, ids=lambda odd: odd.__name__.strip("_"))
@@ -352,3 +354,22 @@ def test_meddling_is_no_idle_threat() -> None:
     assert same_after(book, other, 5) == ""
     meddle(other, np.random.default_rng(1))
     assert same_after(book, other, 30) != ""
+
+
+# -- The command --------------------------------------------------------------------
+
+
+def hangs(numbers: range) -> equality.Part:
+    """In the place of `compare`, where some emergency has no end."""
+    time.sleep(600 if numbers[0] else 0)
+    return equality.Part(len(numbers), 1, "")
+
+
+def test_what_hangs_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the numbers among which it is; nobody goes on waiting."""
+    monkeypatch.setattr(equality, "compare", hangs)
+    monkeypatch.setattr(equality, "make_ready", print)
+    monkeypatch.setattr(equality, "PATIENCE", 3.0)
+    assert equality.compare_many(1000, 2) == equality.Part(
+        20, 1, "no end of an emergency in range(20, 40) or range(40, 60)"
+    )
