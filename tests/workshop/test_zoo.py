@@ -23,7 +23,7 @@ from pettingzoo.test import (
 from pettingzoo.utils import parallel_to_aec
 
 from reference.fire import RandomFire
-from reference.workshop import zoo
+from reference.workshop import engine, zoo
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.trained import FlatRobots
 
@@ -92,6 +92,19 @@ def test_whole_episodes_are_the_same_with_and_without_pettingzoo(sides):
         theirs = wrapped.step(actions)
         steps = steps + 1
     assert same(ours[:-1], theirs[:-1]) and wrapped.agents == [] and steps > 5
+
+
+def test_the_engine_plays_from_one_decision_to_the_next():
+    """Where numba is; also in what comes out of a pickle."""
+    pytest.importorskip("numba")
+    if not engine.engine_is_ready():
+        pytest.skip("a rule has changed: see test_engine_mirrors")
+    environment = made()
+    environment.reset(seed=3)
+    for _ in range(2):
+        environment = pickle.loads(pickle.dumps(environment))
+        environment.step(random_actions(environment, np.random.default_rng(1)))
+        assert hasattr(environment.environment.simulation.world.minds, "arrays")
 
 
 def test_infos_tell_how_the_episode_stands():
