@@ -222,7 +222,8 @@ class FlatEnvironment(ZooEnvironment):
     def step(self, actions: Mapping[str, Any]) -> StepResult:
         """Take one decision of all agents; see `Environment.step`."""
         if not self.agents:  # over, or not begun
-            return super().step({})
+            _, rewards, ended, cut, infos = super().step({})
+            return {}, rewards, ended, cut, infos
         seen, paid, _, cut, told = super().step(actions)
         everybody = self.possible_agents
         over = not self.agents

@@ -289,6 +289,16 @@ def test_refuses_a_step_before_the_first_reset_and_a_negative_seed():
     made().reset(seed=np.int64(7))
 
 
+@pytest.mark.parametrize("flat", [False, True])
+def test_a_step_after_the_end_tells_nothing_of_anybody(flat):
+    """Five empty dicts, as PettingZoo has it."""
+    environment = made(flat=flat, robots="none")
+    environment.reset(seed=1)
+    while environment.agents:
+        environment.step(random_actions(environment, np.random.default_rng(1)))
+    assert environment.step({}) == ({}, {}, {}, {}, {})
+
+
 def test_refuses_actions_that_are_no_mapping():
     """A list or an array, as vector environments take; it says what to give."""
     environment = made()
