@@ -281,9 +281,9 @@ def _not_into_each_other(
     position: np.ndarray, wished: np.ndarray, pairs: Pairs, yields: np.ndarray
 ) -> np.ndarray:
     """Of two who would overlap, keep in place the one that yields; if need be, both."""
-    before = pairs.off(position)
-    # who overlap already may stay so, but come no nearer
-    least = np.minimum(pairs.least_apart, np.sqrt(_along(before, before))) - 1e-9
+    _, apart = _directions(pairs.off(position))
+    # who overlap already may stay so, but come no nearer; two in one spot cannot
+    least = np.maximum(np.minimum(pairs.least_apart, apart) - 1e-9, 0)
     moved = wished.copy()
     while True:
         off = pairs.off(moved)

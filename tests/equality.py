@@ -18,7 +18,7 @@ import pickle
 import sys
 import time
 from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from dataclasses import fields
 from functools import lru_cache
 from itertools import zip_longest
@@ -40,6 +40,7 @@ TOGETHER = 20  # emergencies that share a building and a range of sight
 SHIPPED = ("tiny", "paper", "tower", "school", "museum", "maze")
 AT_DECISIONS = 0.1  # share of emergencies that go from decision to decision
 MEDDLED_WITH = 0.3  # share of emergencies that are odd
+PATIENCE = 1200.0  # seconds in which one of the workers is done; else all hang
 
 
 # -- What is compared ---------------------------------------------------------------
@@ -238,6 +239,16 @@ def _move(run: Simulation, rng: Rng, i: int) -> None:
         bodies.place[i] = run.navigation.place(floor, x, y)
 
 
+def _join(run: Simulation, rng: Rng, i: int) -> None:
+    """Somebody is put where another stands."""
+    bodies = run.world.bodies
+    there = np.flatnonzero(bodies.walking & (bodies.floor == bodies.floor[i]))
+    if bodies.walking[i]:
+        j = rng.choice(there)
+        bodies.position[i] = bodies.position[j]
+        bodies.place[i] = bodies.place[j]
+
+
 def _hurt(run: Simulation, rng: Rng, i: int) -> None:
     run.world.bodies.health[i] -= 50.0
 
@@ -271,6 +282,14 @@ def _move_robots(run: Simulation, rng: Rng, i: int) -> None:
         robot.place = run.navigation.nearest_free(robot.floor, 0.0, 0.0)
         robot.position = run.navigation.centres[robot.place].copy()
         robot.way = []
+
+
+def _shift_robots(run: Simulation, rng: Rng, i: int) -> None:
+    """Robots are put elsewhere; their place follows by itself."""
+    rooms = run.building.kind == Kind.FLOOR
+    for robot in run.world.robots:
+        there = run.building.random_point(rooms[robot.floor], rng)
+        robot.position = np.array(there)
 
 
 def _burn_door(run: Simulation, rng: Rng, i: int) -> None:
@@ -309,8 +328,9 @@ def _die(run: Simulation, rng: Rng, i: int) -> None:
 
 
 ODD = (
-    _move, _hurt, _speed_up, _lose_memory, _change_mind, _new_minds, _halt_robots,
-    _move_robots, _burn_door, _ignite, _light, _fill_door, _all_think, _die,
+    _move, _join, _hurt, _speed_up, _lose_memory, _change_mind, _new_minds,
+    _halt_robots, _move_robots, _shift_robots, _burn_door, _ignite, _light, _fill_door,
+    _all_think, _die,
 )  # fmt: skip
 
 
@@ -414,13 +434,24 @@ def compare_many(least: int, workers: int) -> Part:
     first = 0
     # workers load what is compiled
     with ProcessPoolExecutor(workers, initializer=make_ready, initargs=(say,)) as pool:
-        running = set()
-        while total.compared < least and not total.found:
-            while len(running) < workers:
-                running.add(pool.submit(compare, range(first, first + TOGETHER)))
+        running: dict[Future[Part], range] = {}
+        while True:
+            goes_on = total.compared < least and not total.found
+            while goes_on and len(running) < workers:
+                numbers = range(first, first + TOGETHER)
+                running[pool.submit(compare, numbers)] = numbers
                 first += TOGETHER
-            done, running = wait(running, return_when=FIRST_COMPLETED)
-            for part in (job.result() for job in done):
+            if not running:
+                break
+            done, others = wait(running, PATIENCE, FIRST_COMPLETED)
+            if not done:
+                for worker in pool._processes.values():
+                    worker.kill()
+                late = " or ".join(sorted(str(running[job]) for job in others))
+                return total._replace(found=f"no end of an emergency in {late}")
+            for job in done:
+                del running[job]
+                part = job.result()
                 total = Part(
                     total.emergencies + part.emergencies,
                     total.compared + part.compared,
@@ -428,9 +459,6 @@ def compare_many(least: int, workers: int) -> Part:
                 )
             minutes = (time.monotonic() - begun) / 60
             say(f"{minutes:.1f} min: {total.compared:,} states")
-        for job in running:
-            job.cancel()
-        say("the last ones end")
     return total
 
 

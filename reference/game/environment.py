@@ -9,7 +9,7 @@ up the others are truncated.
     normalised  coordinates in which the main body of the building is [-1, 1] x [-1, 1]
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,6 +42,9 @@ StepResult = tuple[
     Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos
 ]
 """Observations, rewards, terminations, truncations and infos, by agent."""
+
+Advance = Callable[[Sequence[Simulation]], None]
+"""Runs simulations up to their next decision or their end, in whatever order."""
 
 
 # -- Actions ------------------------------------------------------------------------
@@ -133,25 +136,30 @@ class Environment:
         scenario: Scenario | None = None,
         robots: RobotStrategy | None = None,
         fire: FireStrategy | None = None,
+        advance: Advance = until_next_decision,
     ):
         """robots, fire: None for agents, or the strategy that plays this side.
 
+        advance: plays to the next decision; the workshop's engine has a quick one.
         Raises InputError as `Simulation` does, and if there is nobody to act.
         """
         check_objects(building, scenario, robots, fire)
         self.building = building
         self.scenario = scenario or Scenario()
         self.layout = observations.vector_layout(building, self.scenario)
-        self._robots = robots
-        self._fire = fire
+        self._advance = advance
 
-        self._robot_agents: list[str] = []
+        count = 0
         if robots is None:
+            robots = AgentRobots()
             count = self.scenario.robots_per_floor * building.floors
-            self._robot_agents = [f"robot_{k}" for k in range(count)]
+        self._robot_agents = [f"robot_{k}" for k in range(count)]
         self.possible_agents = self._robot_agents.copy()
         if fire is None:
+            fire = AgentFire()
             self.possible_agents.append(FIRE)
+        self._robots = robots
+        self._fire = fire
         if not self.possible_agents:
             raise InputError("nobody acts: leave the robots or the fire to an agent")
         self.agents: list[str] = []
@@ -161,11 +169,7 @@ class Environment:
     def _begin(self, seed: int) -> None:
         """Begin a simulation that carries out the agents' actions."""
         self.simulation = Simulation(
-            self.building,
-            self.scenario,
-            AgentRobots() if self._robots is None else self._robots,
-            AgentFire() if self._fire is None else self._fire,
-            seed,
+            self.building, self.scenario, self._robots, self._fire, seed
         )
 
     def reset(self, seed: int | None = None) -> tuple[Observations, Infos]:
@@ -204,7 +208,7 @@ class Environment:
             run.robot_strategy.chosen = [chosen.get(a) for a in self._robot_agents]
         if isinstance(run.fire_strategy, AgentFire):
             run.fire_strategy.chosen = [chosen.get(FIRE)]
-        until_next_decision([run])
+        self._advance([run])
 
         # rewards
         events = run.events[already:]

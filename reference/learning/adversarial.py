@@ -9,12 +9,12 @@ from typing import Any
 
 from reference.building import building_of
 from reference.fire import FireStrategy
-from reference.game.environment import until_next_decision
+from reference.game.environment import Advance, until_next_decision
 from reference.learning.experience import Trajectory
 from reference.learning.players import LearnedNetwork
 from reference.learning.poca import LEARNERS
 from reference.learning.ppo import Learner, Summary
-from reference.learning.rollouts import Advance, Episode, Job, play
+from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
 from reference.robots import RobotStrategy

@@ -5,7 +5,7 @@ an episode's randomness depends on its own seed alone.  The last digits of a net
 numbers depend on how many are computed at once.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,12 @@ import numpy as np
 from reference.building import Building, building_of
 from reference.fire import FireStrategy
 from reference.game.codec import Moment, decision_in
-from reference.game.environment import AgentFire, AgentRobots, until_next_decision
+from reference.game.environment import (
+    Advance,
+    AgentFire,
+    AgentRobots,
+    until_next_decision,
+)
 from reference.game.observations import robots_at_work
 from reference.learning.experience import Record, Trajectory
 from reference.learning.players import LearnedNetwork, Player
@@ -24,9 +29,6 @@ from reference.rewards import fire_reward, group_reward
 from reference.robots import RobotStrategy
 from reference.simulation import Simulation
 from reference.world import FireRefused
-
-Advance = Callable[[Sequence[Simulation]], None]
-"""Runs simulations up to their next decision or their end, in whatever order."""
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,10 @@ first `reset`: copies made later all play the same episodes.
 makes what common wrappers and learners expect, see `FlatEnvironment`. For agents that
 act in turn there is PettingZoo's `parallel_to_aec`.
 
+Speed.  With numba the engine plays from one decision to the next; without it, or where
+a rule of the book has changed, the book does, to the same end, several times slower.
+The first step compiles the engine, once.
+
 Others' wrappers.  TorchRL 0.14: `PettingZooWrapper` ends an episode when the first
 robot leaves, unless it is called with `use_mask=True, done_on_any=False`; its
 `set_seed` spends the seed, so that the reset after it plays another episode.
@@ -72,6 +76,7 @@ from reference.robots import RobotStrategy
 from reference.workshop.comparing.named import strategy_of
 from reference.workshop.drawing.evacuation import Scene, tally
 from reference.workshop.drawing.film import painter
+from reference.workshop.engine import run_to_decision
 from reference.workshop.maps import load
 from reference.workshop.strategies.trained import flat_vectors
 
@@ -114,6 +119,7 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
             self.scenario,
             robots=strategy_of(robots, "robots", here, self.scenario),
             fire=strategy_of(fire, "fire", here, self.scenario),
+            advance=run_to_decision,
         )
         self.agents = list[str]()  # before the first episode
         self._begun = False
@@ -216,7 +222,8 @@ class FlatEnvironment(ZooEnvironment):
     def step(self, actions: Mapping[str, Any]) -> StepResult:
         """Take one decision of all agents; see `Environment.step`."""
         if not self.agents:  # over, or not begun
-            return super().step({})
+            _, rewards, ended, cut, infos = super().step({})
+            return {}, rewards, ended, cut, infos
         seen, paid, _, cut, told = super().step(actions)
         everybody = self.possible_agents
         over = not self.agents

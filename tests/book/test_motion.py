@@ -5,6 +5,7 @@ from math import atan2
 
 import numpy as np
 import pytest
+from conftest import at_most
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.distance import pdist
@@ -250,6 +251,15 @@ def test_nobody_overtakes_through_anybody_in_a_narrow_corridor(width):
     assert min(pdist(at).min() for at in track) >= TOUCHING
     in_order = (np.diff(track[..., 0], axis=1) > 0).all()
     assert in_order or width > 2 * BODY_RADIUS
+
+
+@pytest.mark.parametrize("apart", [0.0, 3e-10, 7e-10])
+def test_two_who_stand_in_one_spot_do_not_halt_time(apart):
+    """A world that is handed in may have them so; a little apart, they step aside."""
+    start = [[0, 0], [apart, 0]]
+    with at_most(60):
+        track = walk(start, start, 3)
+    assert np.array_equal(track[-1], start) is (apart == 0.0)
 
 
 @pytest.mark.paper("A9", "chosen")

@@ -10,7 +10,13 @@ from movies import built, events_of, shipped, turns
 
 from reference.fire import RandomFire
 from reference.game import observations
-from reference.game.environment import FIRE, Environment, destination, fire_decision
+from reference.game.environment import (
+    FIRE,
+    Environment,
+    destination,
+    fire_decision,
+    until_next_decision,
+)
 from reference.paper import InputError, Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
@@ -138,6 +144,23 @@ def test_refuses_a_step_before_the_first_reset():
     environment = Environment(shipped("tiny"), Scenario(people=2))
     with pytest.raises(RuntimeError, match=r"call reset\(\) before step\(\)"):
         environment.step({})
+
+
+def test_somebody_else_may_play_from_one_decision_to_the_next():
+    """Such as the workshop's engine; the environment does the rest."""
+    lengths = []
+
+    def play(simulations):
+        until_next_decision(simulations)
+        lengths.extend(run.ticks for run in simulations)
+
+    environment = Environment(
+        shipped("tiny"), Scenario(people=2), fire=RandomFire(), advance=play
+    )
+    environment.reset(seed=1)
+    for _ in range(2):
+        environment.step({agent: [0.0, 0.0] for agent in environment.agents})
+    assert lengths == [25, 50]
 
 
 # -- Observations and infos ---------------------------------------------------------

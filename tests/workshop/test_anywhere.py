@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from movies import shipped
-from processes import python
+from processes import ended, python
 from trainings import begun, equal, tiny
 
 from reference.__main__ import main
@@ -440,7 +440,7 @@ def test_a_new_map_of_60_by_40_with_100_people_plays_in_one_command(tmp_path):
     words = ["evacuate", "--building", str(path), *asked.split(), "--json"]
     env = {"PYTHONPATH": f"{tmp_path}:{ROOT}"}
     process = python("-m", "reference", *words, env=env, stdout=PIPE, stderr=PIPE)
-    out, err = process.communicate(timeout=300)
+    out, err = ended(process)
     assert process.returncode == 0, err
     assert json.loads(out)["people"] == 100
 

@@ -20,7 +20,7 @@ import pytest
 from conftest import ROOT
 from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from processes import python
+from processes import ended, python
 from refusals import refusal
 from trainings import room_for
 
@@ -716,7 +716,7 @@ def stopped(tmp_path):
         while set(tmp_path.iterdir()) == before and process.poll() is None:
             time.sleep(0.05)
         process.send_signal(number)
-        out, err = process.communicate(timeout=60)
+        out, err = ended(process)
         assert (process.returncode in (130, -number), out) == (True, "")
         return err
 
@@ -784,7 +784,7 @@ sys.exit(status)
 def test_a_stop_after_all_is_done_does_not_change_the_status(number):
     """While Python unloads what was loaded, which takes half a second with torch."""
     process = python("-c", LATE.format(number=number), stdout=PIPE, stderr=PIPE)
-    out, err = process.communicate(timeout=120)
+    out, err = ended(process)
     told = "next: python -m reference draw tiny\n"
     assert (process.returncode, out[:3], err) == (0, "ok:", told)
 

@@ -9,7 +9,7 @@ from subprocess import PIPE
 
 import pytest
 from conftest import ROOT
-from processes import python
+from processes import ended, python
 from trainings import begun, equal, trained
 
 from reference.__main__ import main
@@ -38,7 +38,7 @@ def test_without_numba_everything_is_the_same_and_a_note_says_why_it_takes_longe
     """The note comes once, not from every worker."""
     words = [*MATCH.split(), "--json", "--workers", str(workers)]
     process = python("-m", "reference", *words, env=absent, stdout=PIPE, stderr=PIPE)
-    out, err = process.communicate(timeout=300)
+    out, err = ended(process)
     assert main(words) == 0
     assert json.loads(out) == json.loads(capsys.readouterr().out)
     assert err.count("numba is not there (No module named 'numba')") == 1
@@ -53,7 +53,7 @@ def test_a_numba_that_cannot_be_loaded_is_as_good_as_none(why, tmp_path):
     env = {"PYTHONPATH": f"{tmp_path}:{ROOT}"}
     words = [*MATCH.split(), "--workers", "0"]
     process = python("-m", "reference", *words, env=env, stdout=PIPE, stderr=PIPE)
-    _, err = process.communicate(timeout=300)
+    _, err = ended(process)
     assert process.returncode == 0
     assert f"numba is not there ({eval(why)}): the book plays" in err
     assert "pip install" not in err  # it is installed
@@ -65,7 +65,7 @@ def test_numba_may_be_switched_off():
     words = [*MATCH.split(), "--workers", "0"]
     off = {"NUMBA_DISABLE_JIT": "1"}
     process = python("-m", "reference", *words, env=off, stdout=PIPE, stderr=PIPE)
-    _, err = process.communicate(timeout=300)
+    _, err = ended(process)
     assert process.returncode == 0
     assert "numba is not there (NUMBA_DISABLE_JIT is set): the book plays" in err
 
@@ -83,7 +83,7 @@ def test_a_numba_without_an_option_that_the_engine_needs_is_as_good_as_none():
         f"raise SystemExit(main({words!r}))"
     )
     process = python("-c", program, stdout=PIPE, stderr=PIPE)
-    _, err = process.communicate(timeout=300)
+    _, err = ended(process)
     assert process.returncode == 0, err
     assert "has no option _nrt): the book plays" in err
 

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("numba")
 
-from processes import python
+from processes import ended, python
 
 from reference.workshop.engine import apart
 
@@ -51,7 +51,7 @@ def test_it_ends_with_its_parent(number, tmp_path):
     child = int((tmp_path / "begun").read_text())
     assert is_there(child)
     parent.send_signal(number)
-    parent.communicate(timeout=60)
+    ended(parent)
     until = time.time() + 60
     while is_there(child):
         assert time.time() < until
@@ -74,7 +74,7 @@ import sys, pathlib
 pathlib.Path({folder!r}, str(sys.flags.optimize)).touch()
 """
     command = COMPILES.format(program=program, folder=str(tmp_path))
-    python(flag, "-c", command).communicate(timeout=60)
+    ended(python(flag, "-c", command))
     assert (tmp_path / str(flag.count("O"))).exists()
 
 

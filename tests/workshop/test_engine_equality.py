@@ -1,6 +1,7 @@
 """The engine against the book: whole simulations, tick by tick, to the last bit."""
 
 import pickle
+import time
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 pytest.importorskip("numba")
 
+import equality
 from equality import (
     ODD,
     TOGETHER,
@@ -21,6 +23,8 @@ from equality import (
 )
 
 from reference import paper
+from reference.building import Kind
+from reference.fire import NoFire
 from reference.simulation import Simulation
 from reference.workshop import engine
 from reference.workshop.engine.going import advance
@@ -190,6 +194,67 @@ def test_robots_may_be_sent_beyond_all_walls(x: float) -> None:
     assert same_after(book, other, 60) == ""
 
 
+def test_two_in_one_spot_are_no_end_of_time() -> None:
+    """As a world that is handed in may have them."""
+    book, other = both(people=2)
+    for run in (book, other):
+        bodies = run.world.bodies
+        bodies.position[1] = bodies.position[0]
+        bodies.place[1] = bodies.place[0]
+        bodies.floor[1] = bodies.floor[0]
+    assert same_after(book, other, 60) == ""
+
+
+class Stay:
+    """Robots keep the way that they have."""
+
+    def decide(self, world: Any, robots: Any, rng: Any) -> Any:
+        """Decide nothing."""
+        return [None] * len(robots)
+
+
+def test_a_robot_is_where_its_position_is() -> None:
+    """Though it has no way to go, and nobody has said in which cell it is."""
+    book, other = both(people=4)
+    for run in (book, other):
+        run.robot_strategy = Stay()
+        robot = run.world.robots[0]
+        rooms = run.building.kind[robot.floor] == Kind.FLOOR
+        there = run.building.random_point(rooms, np.random.default_rng(1))
+        assert run.navigation.place(robot.floor, *there) != robot.place
+        robot.position = np.array(there)
+    assert same_after(book, other, 10) == ""
+
+
+def test_the_way_of_a_robot_in_a_wall_has_no_end() -> None:
+    """It would cut a corner in every tick: the book puts one more place before it."""
+    book, other = both(people=4)
+    size = book.navigation.floor_size
+    for run in (book, other):
+        run.robot_strategy = Stay()
+        robot = run.world.robots[0]
+        robot.position = run.navigation.centres[robot.floor * size].copy()
+        robot.way = [robot.place] * (size - 4)
+    assert same_after(book, other, 30) == ""
+    assert len(other.world.robots[0].way) == size + 26
+    other = pickle.loads(pickle.dumps(other))
+    assert same_after(book, other, 5) == ""
+
+
+def test_no_fire_that_decides_is_a_fire() -> None:
+    """Whoever puts a method of their own into the book's strategy is asked."""
+
+    def decide(world: Any, rng: Any) -> Any:
+        return 0, *world.bodies.position[0].tolist()
+
+    book, other = both(robots="none", fire="none", decision_seconds=1.0)
+    for run in (book, other):
+        assert isinstance(run.fire_strategy, NoFire)
+        vars(run.fire_strategy)["decide"] = decide
+    assert same_after(book, other, 60) == ""
+    assert other.world.flames.sources
+
+
 # -- Whoever changes the world ------------------------------------------------------
 
 
@@ -313,3 +378,22 @@ def test_meddling_is_no_idle_threat() -> None:
     assert same_after(book, other, 5) == ""
     meddle(other, np.random.default_rng(1))
     assert same_after(book, other, 30) != ""
+
+
+# -- The command --------------------------------------------------------------------
+
+
+def hangs(numbers: range) -> equality.Part:
+    """In the place of `compare`, where some emergency has no end."""
+    time.sleep(600 if numbers[0] else 0)
+    return equality.Part(len(numbers), 1, "")
+
+
+def test_what_hangs_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the numbers among which it is; nobody goes on waiting."""
+    monkeypatch.setattr(equality, "compare", hangs)
+    monkeypatch.setattr(equality, "make_ready", print)
+    monkeypatch.setattr(equality, "PATIENCE", 3.0)
+    assert equality.compare_many(1000, 2) == equality.Part(
+        20, 1, "no end of an emergency in range(20, 40) or range(40, 60)"
+    )

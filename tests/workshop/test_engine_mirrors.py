@@ -222,6 +222,7 @@ CHANGES = [
     (simulations, "MINE", 1.0, ""),
     (motion, "FLOOR_APART", 1e5, "motion.FLOOR_APART, which motion.neighbours reads"),
     (humans, "NOBODY", -7, "humans.NOBODY, which "),
+    (fire.NoFire, "decide", own, "fire.NoFire.decide is not the rule"),
     (fire.Spread, "advance", lambda *_: float("inf"), "fire.Spread.advance"),
     (View, "safe", lambda *_: True, "view.View.safe"),
 ]

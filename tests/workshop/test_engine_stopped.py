@@ -8,7 +8,8 @@ from concurrent.futures import BrokenExecutor
 from subprocess import PIPE
 
 import pytest
-from processes import python
+from conftest import ROOT
+from processes import ended, python
 
 from reference.__main__ import main
 from reference.workshop.comparing import begin_evaluation, play_evaluation
@@ -28,6 +29,52 @@ def begun(command, tmp_path, **env):
     return python("-m", "reference", *words, env=env, cwd=tmp_path, stderr=PIPE)
 
 
+INTERRUPTED = """
+import signal, time
+from functools import cache
+from equality import simulation, unlike
+from reference.workshop import engine
+
+def begun():
+    return simulation("tiny", "none", "none", 1, people=20, time_limit=60.0, sources=0)
+
+@cache
+def book_at(ticks):
+    book = begun()
+    for _ in range(ticks):
+        book.step()
+    return book
+
+def interrupted(run, seconds):
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        engine.run_to_end([run])
+        time.sleep(60)
+    except KeyboardInterrupt:
+        return
+    raise AssertionError("nothing is heard")
+
+signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
+engine.run_to_end([begun()])
+first = begun()
+clock = time.perf_counter()
+engine.run_to_end([first])
+seconds = time.perf_counter() - clock
+for k in range(1, 31):
+    run = begun()
+    interrupted(run, k / 30 * seconds)
+    assert unlike(book_at(run.ticks), run) == "", run
+"""
+
+
+def test_a_stop_while_this_process_plays_leaves_a_world_as_the_book_has_it():
+    """At any moment; Python does not crash, and the clock tells the truth."""
+    path = os.pathsep.join([str(ROOT), str(ROOT / "tests")])
+    process = python("-c", INTERRUPTED, env={"PYTHONPATH": path}, stderr=PIPE)
+    _, err = ended(process)
+    assert process.returncode == 0, err
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "delay"), [(signal.SIGINT, 3.0), (signal.SIGTERM, 11.0)]
@@ -42,7 +89,7 @@ def test_a_stop_while_it_compiles_ends_it_at_once(number, delay, command, tmp_pa
         assert process.poll() is None
     time.sleep(delay)
     process.send_signal(number)
-    _, err = process.communicate(timeout=60)
+    _, err = ended(process)
     assert process.returncode == 130, err
     assert "stopped. Go on with:" in err and "Traceback" not in err
     assert not [*(tmp_path / "cache").rglob("*.tmp.*")]
@@ -66,7 +113,7 @@ def test_what_was_stopped_while_it_played_goes_on_to_the_same_end(
         time.sleep(0.01)
     time.sleep(delay)
     process.send_signal(number)
-    _, err = process.communicate(timeout=60)
+    _, err = ended(process)
     assert process.returncode in (0, STOPPED_BY[number])
     assert "Traceback" not in err
 

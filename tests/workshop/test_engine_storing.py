@@ -208,16 +208,21 @@ def test_who_waits_for_another_process_is_told(tmp_path, monkeypatch):
         assert told == []
 
     begun = Event()
+    heard = Event()
 
     def hold():
         with storing.lock_in(tmp_path):
             begun.set()
-            time.sleep(1)
+            heard.wait(60)
+
+    def hear(text):
+        told.append(text)
+        heard.set()
 
     other = Thread(target=hold)
     other.start()
     begun.wait()
-    with storing._alone_in(tmp_path, told.append):
+    with storing._alone_in(tmp_path, hear):
         assert told == ["another process is compiling the engine: waiting for it"]
     other.join()
 

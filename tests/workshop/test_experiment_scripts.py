@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from conftest import ROOT
 from pages import overlaps
-from processes import python
+from processes import ended, python
 from trainings import begun, equal, tiny
 
 from reference import Scenario, Simulation, load
@@ -40,7 +40,7 @@ def told(script, *options):
     """What a script prints, line by line."""
     command = (SCRIPTS / script, *options, "--workers", "0")
     process = python(*command, env={"MPLBACKEND": "Agg"}, stdout=PIPE, stderr=PIPE)
-    out, err = process.communicate(timeout=300)
+    out, err = ended(process)
     assert process.returncode == 0, err
     return out.splitlines()
 
@@ -181,7 +181,7 @@ def test_a_script_tells_a_mistake_in_a_line(command, status, message):
     """As the commands do, without a traceback."""
     script, *words = command.split()
     process = python(SCRIPTS / script, *words, stdout=PIPE, stderr=PIPE)
-    _, err = process.communicate(timeout=60)
+    _, err = ended(process)
     assert (process.returncode, message in err) == (status, True)
     assert "Traceback" not in err
 

@@ -14,9 +14,10 @@ from reference.building import Kind, building_of
 from reference.learning.experience import Decisions
 from reference.learning.players import LearnedNetwork
 from reference.learning.rollouts import Job
-from reference.navigation import Navigation
+from reference.navigation import Navigation, navigation_of
 from reference.paper import InputError, Scenario
 from reference.workshop.maps import load, parse_map
+from reference.workshop.maps.generated import generated_text
 from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.workers import workers
 from reference.workshop.strategies import FIRES, ROBOTS
@@ -35,6 +36,7 @@ from reference.workshop.training.families import (
     family_of,
     job_in,
     plan_in,
+    prepare,
 )
 from reference.workshop.training.loop import _play_in_family, run_training
 from reference.workshop.training.rounds import ROUNDS, Training
@@ -331,6 +333,21 @@ def test_tables_of_few_buildings_are_kept(tmp_path):
         training.round += 1
     kept = [one for one in navigations() if one not in others]
     assert len(seen) == 14 and 1 <= len(kept) <= 9  # and the engine's own
+
+
+def test_tables_that_nobody_keeps_are_freed():
+    """Some buildings later, also while Python itself does not look for them."""
+    alive = WeakSet()
+    gc.collect()
+    gc.disable()
+    try:
+        for seed in range(28):
+            plan = generated_text(seed, 15, 10, 1)
+            prepare(Job(plan, Scenario(), ROBOTS["none"](), FIRES["none"](), ()))
+            alive.add(navigation_of(building_of(plan)))
+    finally:
+        gc.enable()
+    assert len(alive) <= 18
 
 
 def navigations():

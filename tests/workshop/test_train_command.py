@@ -15,7 +15,7 @@ from pathlib import Path
 from subprocess import PIPE
 
 import pytest
-from processes import python
+from processes import ended, python
 from trainings import begun, equal, tiny, trained
 
 from reference.__main__ import main
@@ -444,7 +444,7 @@ def test_stopped_it_saves_and_says_how_to_go_on(number, tmp_path):
         assert process.poll() is None
         time.sleep(0.05)
     os.killpg(process.pid, number)
-    _, err = process.communicate(timeout=300)
+    _, err = ended(process)
     assert process.returncode == 130
     assert "Traceback" not in err
     how = re.escape("Go on with:\n  python -m reference train")

@@ -7,7 +7,7 @@ from subprocess import PIPE
 
 import pytest
 from conftest import ROOT
-from processes import python
+from processes import ended, python
 from refusals import refusal
 
 TUTORIALS = sorted((ROOT / "tutorials").glob("[0-9][0-9]_*.py"))
@@ -48,7 +48,7 @@ def printed(tutorial: Path, folder: Path) -> list[str]:
     """The lines that it does print; its pictures go to `out/` in the folder."""
     agg = {"MPLBACKEND": "Agg"}
     process = python(*WARNINGS, tutorial, cwd=folder, env=agg, stdout=PIPE, stderr=PIPE)
-    out, err = process.communicate()
+    out, err = ended(process)
     assert process.returncode == 0, err
     return [line.rstrip() for line in out.splitlines()]
 
@@ -96,7 +96,7 @@ def test_without_its_extra_a_script_says_how_to_install_it(path, library, tmp_pa
     code = f"import sys, runpy; sys.modules[{library!r}] = None; "
     code += f"runpy.run_path({str(path)!r}, run_name='__main__')"
     process = python("-c", code, cwd=tmp_path, stdout=PIPE, stderr=PIPE)
-    _, err = process.communicate(timeout=120)
+    _, err = ended(process)
     assert process.returncode == 1
     assert err.count("\n") == 1
     install = err.partition(": ")[2].strip()

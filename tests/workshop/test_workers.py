@@ -14,7 +14,7 @@ from queue import Empty, SimpleQueue
 from subprocess import DEVNULL, PIPE
 
 import pytest
-from processes import python
+from processes import ended, python
 
 from reference import paper
 from reference.rewards import group_reward
@@ -202,7 +202,7 @@ def test_a_worker_has_one_thread_and_ends_with_a_process_that_is_killed(tmp_path
     running = python(program, env=threads, stdout=PIPE, stderr=DEVNULL)
     assert running.stdout.readline() == "1 3\n"
     running.kill()
-    running.communicate(timeout=120)
+    ended(running)
 
 
 LARGE = """

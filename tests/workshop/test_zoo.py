@@ -23,7 +23,7 @@ from pettingzoo.test import (
 from pettingzoo.utils import parallel_to_aec
 
 from reference.fire import RandomFire
-from reference.workshop import zoo
+from reference.workshop import engine, zoo
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.trained import FlatRobots
 
@@ -92,6 +92,19 @@ def test_whole_episodes_are_the_same_with_and_without_pettingzoo(sides):
         theirs = wrapped.step(actions)
         steps = steps + 1
     assert same(ours[:-1], theirs[:-1]) and wrapped.agents == [] and steps > 5
+
+
+def test_the_engine_plays_from_one_decision_to_the_next():
+    """Where numba is; also in what comes out of a pickle."""
+    pytest.importorskip("numba")
+    if not engine.engine_is_ready():
+        pytest.skip("a rule has changed: see test_engine_mirrors")
+    environment = made()
+    environment.reset(seed=3)
+    for _ in range(2):
+        environment = pickle.loads(pickle.dumps(environment))
+        environment.step(random_actions(environment, np.random.default_rng(1)))
+        assert hasattr(environment.environment.simulation.world.minds, "arrays")
 
 
 def test_infos_tell_how_the_episode_stands():
@@ -274,6 +287,16 @@ def test_refuses_a_step_before_the_first_reset_and_a_negative_seed():
         with pytest.raises(ValueError, match=r"seed is .*: it must be a whole number"):
             made().reset(seed=seed)
     made().reset(seed=np.int64(7))
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_a_step_after_the_end_tells_nothing_of_anybody(flat):
+    """Five empty dicts, as PettingZoo has it."""
+    environment = made(flat=flat, robots="none")
+    environment.reset(seed=1)
+    while environment.agents:
+        environment.step(random_actions(environment, np.random.default_rng(1)))
+    assert environment.step({}) == ({}, {}, {}, {}, {})
 
 
 def test_refuses_actions_that_are_no_mapping():

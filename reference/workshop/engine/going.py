@@ -21,6 +21,7 @@ from reference.workshop.engine.mirrors import written_from
 from reference.workshop.engine.rows import cast_rays
 from reference.workshop.engine.state import EVENT, PAIR, RunArrays
 from reference.workshop.engine.ways import quick_ways
+from reference.workshop.storage.workers import stop_delayed
 
 ONE_AT_A_TIME = RLock()  # threads share tables
 HUT = """building: Hut
@@ -96,29 +97,43 @@ def others_may_play() -> Iterator[None]:
 
 
 def advance(run: Simulation, count: int) -> None:
-    """Run so many ticks, or to the end."""
+    """Run so many ticks, or to the end; a stop waits for the strategies or the end.
+
+    Call `make_ready` first: else all is compiled anew, and not kept.
+    """
     with ONE_AT_A_TIME:
         _advance(run, count)
 
 
 def _advance(run: Simulation, count: int) -> None:
     mine = arrays_of(run)
-    mine.take()
+    with stop_delayed():
+        mine.take()
+        mine.state.clock["left"] = count
+        mine.state.clock["phase"] = ticks.SENSE
+        asks = _play(run, mine)
+    while asks:
+        with others_may_play(), quick_ways(run.navigation):
+            destinations = run.strategies_decide()
+        with stop_delayed():
+            mine.take()
+            instruct(run, mine, destinations)
+            asks = _play(run, mine)
+
+
+def _play(run: Simulation, mine: RunArrays) -> bool:
+    """Play until the strategies are to be asked, or to the end: False.
+
+    A KeyboardInterrupt in it would leave the world as it was before; in numba, which
+    calls Python to unpack a generator and does not ask what came of it, it is a crash.
+    """
     clock = mine.state.clock
-    clock["left"] = count
-    clock["phase"] = ticks.SENSE
-    rng = run.rng["bodies"]
-    while True:
-        why = ticks.play(mine.tables.arrays, mine.state, rng)
+    why = -1
+    while why not in (ticks.STRATEGIES, ticks.PLAYED, ticks.OVER):
+        why = ticks.play(mine.tables.arrays, mine.state, run.rng["bodies"])
         if why == ticks.ROW:
             place, holes, *marks = mine.state.wanted.tolist()
             mine.tables.add_row(place, frozenset(marks[:holes]))
-        elif why == ticks.STRATEGIES:
-            mine.give()
-            with others_may_play(), quick_ways(run.navigation):
-                destinations = run.strategies_decide()
-            mine.take()
-            instruct(run, mine, destinations)
         elif why == ticks.MEMORY:
             mine.make_room()
         elif why == ticks.PAIRS:
@@ -129,6 +144,5 @@ def _advance(run: Simulation, count: int) -> None:
                 events = np.zeros(2 * len(mine.state.events), EVENT)
                 mine.state = mine.state._replace(events=events)
             mine.give()
-        else:
-            break
     mine.give()
+    return bool(why == ticks.STRATEGIES)

@@ -111,9 +111,11 @@ def speed_while_leading(N, cells, bodies, robot):
 
 @mirrors("robots.RobotAlgorithm._move 8b2ec0", "building.distance cdc4c8")
 def move(N, cells, robot, way, metres):
-    """Walk along the way, as far as the metres carry."""
-    if robot.at == robot.end or metres == 0.0:
-        return
+    """Walk along the way, as far as the metres carry.
+
+    A strategy may have put the robot anywhere: outside the drawing, too, where the book
+    would look elsewhere or fail.
+    """
     x = robot.x
     y = robot.y
     while robot.at < robot.end and metres > 0:
@@ -130,7 +132,7 @@ def move(N, cells, robot, way, metres):
         x = to.x
         y = to.y
     place = place_around(N, robot.floor, x, y)
-    if cells[place].walkable:
+    if 0 <= place < N.places and cells[place].walkable:
         robot.x = x
         robot.y = y
         robot.place = place

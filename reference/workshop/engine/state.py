@@ -435,10 +435,12 @@ class RunArrays:
         self._read_numbers()
 
     def make_room(self) -> None:
-        """Make room to remember twice as much."""
+        """Make room to remember twice as much, and for ways twice as long."""
         numbers = self.state.numbers[0]
         most_been = 2 * int(numbers["most_been"])
         self._lay_out_memory(most_been, 2 * int(numbers["most_trail"]))
+        ways = np.hstack([self.state.ways, np.zeros_like(self.state.ways)])
+        self.state = self.state._replace(ways=ways)
 
     def _read_numbers(self) -> None:
         """Read the numbers again, if any has changed: compiled functions keep none."""
@@ -508,7 +510,8 @@ class RunArrays:
         clock["time"] = world.time
         clock["ticks"] = run.ticks
         clock["person_seconds"] = run.person_seconds
-        clock["fire"] = type(run.fire_strategy) is not NoFire
+        fire = run.fire_strategy
+        clock["fire"] = type(fire) is not NoFire or "decide" in vars(fire)
 
     def _take_tables(self) -> None:
         """See to it that the tables are those of the Sight and the ways of today."""
@@ -589,7 +592,11 @@ class RunArrays:
         self.tables.need(mind.been)
 
     def _take_robots(self) -> None:
-        for k, robot in enumerate(self.run.world.robots):
+        robots = self.run.world.robots
+        longest = max((len(robot.way) for robot in robots), default=0)
+        while ROOM_IN_FRONT + longest >= self.state.ways.shape[1]:
+            self.make_room()
+        for k, robot in enumerate(robots):
             end = ROOM_IN_FRONT + len(robot.way)
             x, y = robot.position.tolist()
             self.state.robots[k] = (

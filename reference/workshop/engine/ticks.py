@@ -73,6 +73,9 @@ def play(T, S, rng):
                 mind = S.minds[i]
                 if mind.been == N.most_been or mind.trail == N.most_trail:
                     return MEMORY
+            for k in range(len(S.robots)):
+                if S.robots[k].end == S.ways.shape[1]:  # by corners that it would cut
+                    return MEMORY
             if not sense(N, T, S, clock):
                 return ROW
             decide(N, T, S, clock, observe)
@@ -114,6 +117,7 @@ def is_done(N, clock, bodies):
 @mirrors(
     "simulation.Simulation.fire_turn 37158f",
     "simulation.Simulation.strategies_decide ba9a4c",
+    "fire.NoFire.decide 2603f8",
 )
 def fire_turn(N, clock):
     """Is it the fire's turn, with sources left, at a decision? [D2, D6]"""

@@ -302,7 +302,7 @@ def push(N, obstacles, walkers, n, pairs, count):
         )
 
 
-@mirrors("motion._not_into_each_other a025cd", "motion.Pairs.off 3cc630")
+@mirrors("motion._not_into_each_other 580b8e", "motion.Pairs.off 3cc630")
 def not_into_each_other(walkers, n, pairs, count, shuffling):
     """Of two who would overlap, keep in place the one that yields; if need be, both.
 
@@ -324,7 +324,7 @@ def not_into_each_other(walkers, n, pairs, count, shuffling):
                 continue
             x = other.walked_x - one.walked_x
             y = other.walked_y - one.walked_y
-            room = min(pair.room, sqrt(x * x + y * y)) - 1e-9
+            room = max(min(pair.room, sqrt(x * x + y * y)) - 1e-9, 0.0)
             x = other.tried_x - one.tried_x
             y = other.tried_y - one.tried_y
             if x * x + y * y < room * room:

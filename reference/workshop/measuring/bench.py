@@ -20,10 +20,10 @@ from tqdm import tqdm
 
 from reference import paper
 from reference.building import Building
-from reference.game.environment import until_next_decision
+from reference.game.environment import Advance, until_next_decision
 from reference.learning.experience import Trajectory
 from reference.learning.ppo import Learner
-from reference.learning.rollouts import Advance, Episode, Job, play
+from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation

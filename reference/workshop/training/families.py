@@ -5,8 +5,10 @@ maps, or generated buildings: so many, or a new one in every job.  In generated 
 people and robots vary too, job by job.  All of it follows from the run's seed.
 """
 
+import gc
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -30,6 +32,8 @@ FIRST_SEED = 2**32
 smaller ones, as tests do, gets buildings that are new to whoever learned."""
 
 Bounds = tuple[int, ...]  # least and most
+
+FREED_TOGETHER = 8  # buildings that nobody keeps any more
 
 ROOM = 4  # [C5, chosen] cells of a floor for each of its people, at least
 
@@ -192,6 +196,7 @@ class LotJob(Job):
 def prepare(job: Job) -> None:
     """Make the tables of a job's building, which are kept for a few buildings."""
     building = building_of(job.plan)
+    _free_earlier(building)
     reach = job.scenario.sight_range
     if engine_is_ready():
         from reference.workshop.engine.rows import sight_made_quickly  # numba
@@ -200,6 +205,18 @@ def prepare(job: Job) -> None:
         tables_of(sight_made_quickly(building, reach))
     known_map_of(building)
     known_ways_of(building)
+
+
+@lru_cache(maxsize=4)  # as many as `build` keeps
+def _free_earlier(building: Building) -> None:
+    """Free tables of earlier buildings, once for so many new ones.
+
+    A `Navigation` and a `Sight` keep answers of their own methods, so they hold
+    themselves. Python looks for such rings in its own time, after tens of buildings; to
+    look takes a tenth of a second.
+    """
+    if _free_earlier.cache_info().misses % FREED_TOGETHER == 0:
+        gc.collect()
 
 
 def job_in(family: Family, seed: int, phase: int, number: int, job: Job) -> Job:
