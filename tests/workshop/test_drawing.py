@@ -577,6 +577,23 @@ def test_a_gif_has_a_frame_for_every_instant_and_ends_with_the_page(
     assert (off < 24).mean() > 0.995
 
 
+def test_a_gif_has_the_inks_of_pictures(tmp_path):
+    """To the bit, as its legend shows: white is no pale yellow."""
+    run = evacuation(0.2)
+    drawing.animate([run], tmp_path / "film.gif")
+    (first, *_), _ = frames(tmp_path / "film.gif")
+    scene = scene_of(run.world)
+    page = film.painter(scene)()[..., :3]
+    legend = slice(-int(scene.figure.legends[0].get_window_extent().y1), None)
+    inks = ["#ffffff", *COLOURS.values(), *INKS.values(), *STEPS]
+    found = 0
+    for ink in np.rint(255 * np.array([to_rgb(ink) for ink in inks])):
+        here = (page[legend] == ink).all(axis=2)
+        found += here.any()
+        assert (first[legend][here] == ink).all()
+    assert found > 10
+
+
 @pytest.mark.parametrize("ticks", [10, 4])  # a frame of 0.6 s and of 0.64 s
 def test_a_gif_takes_a_sixth_of_the_time_whatever_the_tick(ticks, tmp_path):
     """Also where a frame is no whole hundredth of a second, nothing gets lost."""
