@@ -154,6 +154,31 @@ def test_robots_on_one_spot_are_counted_and_letters_of_stairwells_are_over_peopl
         assert order(signs[0]) > max(map(order, panel.people.values()))
 
 
+def test_more_robots_on_one_spot_than_a_digit_counts_are_nine_and_more():
+    """Twelve in an exit are not called nine."""
+    run = Simulation(TINY, Scenario(people=4, robots_per_floor=12), Sweep())
+    (panel,) = (scene := Scene(TINY, 4)).sides
+    for robot in run.world.robots:
+        robot.position = np.zeros(2)
+    scene.show(run.world, [tally(run.world)])
+    (signs,) = (signs for signs in panel.counts.values() if len(signs[0].get_xdata()))
+    assert len(signs[0].get_xdata()) == TINY.floors
+    wide, high = np.ptp(signs[0].get_marker().vertices, axis=0)
+    assert wide > 1.5 * high
+
+
+def test_a_robot_in_an_exit_of_the_outer_wall_is_drawn_whole():
+    """It reaches beyond the floor."""
+    museum = shipped("museum")
+    run = Simulation(museum, Scenario(people=0, robots_per_floor=1), Sweep())
+    (exit_,) = (mark for mark in museum.landmarks if mark.kind is Kind.EXIT)
+    run.world.robots[0].position = np.array(exit_.position)
+    (side,) = scene_of(run.world).sides
+    (x,), _ = side.on_page(0, exit_.position)
+    low, _ = side.axes.get_ylim()
+    assert colour_at(side.axes, x, low - 0.1).max() < 0.5
+
+
 @pytest.mark.paper("A2")
 def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall():
     """An edge leads from a door round the corners of a room to its node."""
@@ -342,12 +367,43 @@ def test_health_is_a_colour_that_darkens(simulation):
     assert light[0] > 2 * light[-1]
 
 
-def test_a_step_of_health_ends_where_the_scale_has_a_number(simulation):
+def empty(high, wide):
+    """A house of one room, with an exit in the middle of its south."""
+    inner = wide - 2
+    rows = ["#" * wide, *[f"#{'.' * inner}#"] * (high - 2)]
+    rows.append(f"{'#' * (inner // 2)}E".ljust(wide, "#"))
+    plan = "\n".join(rows)
+    return load(f"building: Hall\nsize: {wide} x {high}\nfloor 1: entry\n{plan}\n")
+
+
+CORRIDOR = empty(7, 200)
+
+
+@pytest.mark.parametrize("building", [TINY, CORRIDOR])
+def test_a_step_of_health_ends_where_the_scale_has_a_number(building):
     """Every 20 of 100: who is paler has passed a number that can be read."""
-    figure = scene_of(simulation.world).figure
+    figure = scene_of(evacuation(building=building).world).figure
     scale = next(axes for axes in figure.axes if axes.get_ylabel() == "health")
     borders = np.linspace(0, 100, len(STEPS) + 1)
     assert {*scale.get_yticks()} <= {*borders.tolist()}
+
+
+def test_the_scale_of_health_can_be_read_beside_a_corridor():
+    """Its colours, too, though the floor is half an inch high."""
+    figure = scene_of(evacuation(building=CORRIDOR).world).figure
+    assert overlaps(figure) == []
+    floors, _, scale = (axes.get_window_extent() for axes in figure.axes)
+    assert floors.height < 0.5 * figure.dpi
+    assert scale.height > 0.8 * figure.dpi and scale.width > 0.1 * figure.dpi
+
+
+def test_a_narrow_floor_is_called_by_its_number():
+    """Where its whole title has no place; the number is what tells it from others."""
+    said = writing(scene_of(evacuation(building=empty(80, 9)).world).figure)
+    assert "Floor 1" in said and "Floor 1: entry" not in said
+    assert "Floor 1: entry" in writing(
+        scene_of(evacuation(building=CORRIDOR).world).figure
+    )
 
 
 @pytest.mark.parametrize("name", ["tiny", "paper"])
