@@ -663,6 +663,49 @@ def test_a_gif_takes_a_sixth_of_the_time_whatever_the_tick(ticks, tmp_path):
     assert max(seconds[:-1]) - min(seconds[:-1]) < 0.011
 
 
+@pytest.fixture
+def scenes(monkeypatch):
+    """The scenes of all films of a test."""
+    made = []
+
+    class Kept(Scene):
+        def __init__(self, *args):
+            super().__init__(*args)
+            made.append(self)
+
+    monkeypatch.setattr(film, "Scene", Kept)
+    return made
+
+
+def test_a_film_s_legend_names_only_what_can_come(scenes, tmp_path):
+    """Neither robots where there are none in any run, nor fire where none is lit."""
+    rule = Scenario(people=4, time_limit=0.4)
+    guided = Scenario(people=4, time_limit=0.4, robots_per_floor=1)
+    calm = Simulation(TINY, rule)
+    drawing.animate([calm], tmp_path / "calm.gif")
+    of_robots = {"robot (2: two on one spot)", "destination"}
+    of_fire = {"flames", "ash", "burnt door", "fire source"}
+    pair = [Simulation(TINY, rule), Simulation(TINY, guided, Sweep(), RandomFire())]
+    drawing.animate(pair, tmp_path / "both.gif")
+    alone, both = (told_in_legend(scene.figure) for scene in scenes)
+    assert alone == both - of_robots - of_fire
+    assert of_robots | of_fire | {"died here"} < both
+
+
+def test_a_film_s_curves_begin_at_0_s_and_end_where_their_run_ends(scenes, tmp_path):
+    """Also where it is filmed from later on, or another run goes on beside it."""
+    short = evacuation(2.0)
+    long = evacuation(3.2)
+    for run in (short, long):
+        for _ in range(4):
+            run.step()
+    drawing.animate([short, long], tmp_path / "both.gif")
+    curves = [side.lines["inside"].get_xdata() for side in scenes[0].sides]
+    for run, times in zip((short, long), curves, strict=True):
+        assert (times[0], times[-1]) == (0, run.world.time)
+        assert (np.diff(times) > 0).all()
+
+
 def test_two_evacuations_are_shown_side_by_side_until_both_are_over(tmp_path):
     """Each under its own heading and with its own curve; who ends first stays."""
     short = evacuation(1.2)

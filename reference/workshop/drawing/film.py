@@ -20,10 +20,11 @@ from matplotlib.colors import to_rgba_array
 from PIL import Image
 from tqdm import tqdm
 
+from reference.fire import NoFire
 from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.drawing import web_film
-from reference.workshop.drawing.evacuation import INKS, STEPS, Scene, Tally, tally
+from reference.workshop.drawing.evacuation import INKS, STEPS, Scene, history_of, tally
 from reference.workshop.drawing.page import COLOURS
 from reference.workshop.drawing.web_film import seconds_per_frame
 from reference.workshop.measuring.recording import ticks
@@ -79,6 +80,7 @@ def animate(
             return
         first = simulations[0]
         scene = Scene(first.building, len(first.world.bodies), heads)
+        scene.leave_out_of_legend(_names_of_nothing(simulations))
         pace = seconds_per_frame(first) / SPEED_UP
         frames = _frames(scene, simulations, instants, pace)
         if suffix == ".gif":
@@ -112,6 +114,16 @@ def _filmable(runs: Iterable[Simulation]) -> list[Simulation]:
     return listed
 
 
+def _names_of_nothing(runs: Sequence[Simulation]) -> set[str]:
+    """Name what cannot come in any of the runs, as `evacuation.looks` does."""
+    names = set[str]()
+    if not any(run.world.robots for run in runs):
+        names |= {"robot", "destination"}
+    if all(isinstance(run.fire_strategy, NoFire) for run in runs):
+        names |= {"flames", "ash", "burnt door", "fire source"}
+    return names
+
+
 def _instants(runs: Sequence[Simulation], going: Iterable[None]) -> Iterator[bool]:
     """Pause at 0 s, then for every frame, then at the end; yield whether it is that."""
     every = round(seconds_per_frame(runs[0]) / runs[0].tick)
@@ -129,10 +141,11 @@ def _frames(
 ) -> Iterator[Frame]:
     """Paint each instant, to be seen for `pace` seconds, the last one longer."""
     pixels = painter(scene)
-    histories = [list[Tally]() for _ in runs]
+    histories = [history_of(run) for run in runs]
     for over in instants:
         for side, (run, history) in enumerate(zip(runs, histories, strict=True)):
-            history.append(tally(run.world))
+            if run.world.time > history[-1].time:  # it has not ended
+                history.append(tally(run.world))
             scene.show(run.world, history, side)
         yield pixels(), HOLD_SECONDS if over else pace
 
