@@ -187,7 +187,7 @@ class Scene:
             text.set_text(TOLD.get(text.get_text(), text.get_text()))
 
     def leave_out_of_legend(self, names: Collection[str]) -> None:
-        """Make the legend again, without these names: for a picture of one instant."""
+        """Make the legend again, without these names of what is not to be seen."""
         self.figure.legends[0].remove()
         self._tell([each for each in self.entries if each.get_label() not in names])
 
