@@ -52,6 +52,18 @@ def drawn(view, name):
     return getattr(drawing, view)(shipped(name))
 
 
+def empty(high, wide):
+    """A house of one room, with an exit in the middle of its south."""
+    inner = wide - 2
+    rows = ["#" * wide, *[f"#{'.' * inner}#"] * (high - 2)]
+    rows.append(f"{'#' * (inner // 2)}E".ljust(wide, "#"))
+    plan = "\n".join(rows)
+    return load(f"building: Hall\nsize: {wide} x {high}\nfloor 1: entry\n{plan}\n")
+
+
+CORRIDOR = empty(7, 200)
+
+
 def evacuation(limit=6.0, building=TINY, **rule):
     """Some seconds, in which everything happens that can be drawn."""
     rule = Scenario(people=8, robots_per_floor=1, time_limit=limit, **rule)
@@ -203,16 +215,21 @@ def test_the_drawn_graph_numbers_its_ways_in_the_wall_beside_them(name):
     """As their ids do; no number lies on another, or on a way."""
     building = shipped(name)
     spots = set()
-    for floor, axes in enumerate(drawn("graph", name).axes):
+    ids = []
+    figure = drawn("graph", name)
+    for floor, axes in enumerate(figure.axes):
         numbers = [text for text in axes.texts if text.get_text().isdigit()]
         marks = [mark for mark in building.landmarks if mark.floor == floor]
         for mark, text in zip(marks, numbers, strict=True):
             x, y = text.get_position()
             assert mark.id.endswith(f"-{text.get_text()}")
+            ids.append(mark.id)
             assert np.hypot(x - mark.position[0], y - mark.position[1]) < 3
             assert building.kind[(floor, *building.cell(x, y))] == Kind.WALL
             spots.add((floor, x, y))
     assert len(spots) == len(building.landmarks)
+    told = figure.legends[0].get_title().get_text()
+    assert told.startswith("numbers: of doors") and told.split()[-1] in ids
 
 
 def test_a_line_beside_another_keeps_its_ends_and_its_distance():
@@ -333,6 +350,47 @@ def test_the_close_up_finds_every_kind_of_passage_there_is(name):
     assert {MEANINGS[mark.kind] for mark in shipped(name).landmarks} == named
 
 
+@pytest.mark.paper("A8", "Fig. 1")
+@pytest.mark.parametrize("view", ["oblique", "closeup", "walkable"])
+def test_the_legend_of_a_relief_has_its_colours_and_its_lines(view):
+    """Walls as they are painted, and lines between storeys, where there are some."""
+    figure = drawn(view, "tiny")
+    (legend,) = figure.legends
+    words = [text.get_text() for text in legend.get_texts()]
+    handles = dict(zip(words, legend.legend_handles, strict=True))
+    painted = np.concatenate([c.get_facecolors() for c in figure.axes[0].collections])
+    wall = to_rgb(handles["wall"].get_facecolor())
+    assert np.abs(painted[:, :3] - wall).max(axis=1).min() < 0.01
+    lines = {line.get_linestyle() for axes in figure.axes for line in axes.lines}
+    assert ("stairwell, floor to floor" in words) == bool(lines) == (view != "closeup")
+
+
+LONG_TITLE = "A house that goes on and on for ever and ever, to see what becomes of it"
+
+
+@pytest.mark.parametrize(
+    ("view", "end"),
+    [
+        ("oblique", ", seen from the south-west"),
+        ("walkable", " m²"),
+        ("closeup", ": ways through, up close"),
+        ("graph", ": the graph"),
+        ("anchors", ": what robots choose between after 10 s"),
+    ],
+)
+def test_a_long_title_keeps_its_end_which_says_what_the_view_is(view, end):
+    """It is the building's own name that is cut off."""
+    house = Building(replace(TINY.drawing, title=LONG_TITLE * 2))
+    title = getattr(drawing, view)(house).get_suptitle()
+    assert title.startswith("A house that goes on") and title.endswith(end)
+
+
+@pytest.mark.parametrize("view", ["top", "graph", "anchors"])
+def test_nothing_overlaps_on_the_page_of_a_corridor(view):
+    """Though it is a strip."""
+    assert overlaps(getattr(drawing, view)(CORRIDOR)) == []
+
+
 # -- One instant --------------------------------------------------------------------
 
 
@@ -365,18 +423,6 @@ def test_health_is_a_colour_that_darkens(simulation):
     light = scene.sides[0].people[Mode.FOLLOWER].get_facecolors()[:, :3].sum(axis=1)
     assert (np.diff(light) <= 0).all()
     assert light[0] > 2 * light[-1]
-
-
-def empty(high, wide):
-    """A house of one room, with an exit in the middle of its south."""
-    inner = wide - 2
-    rows = ["#" * wide, *[f"#{'.' * inner}#"] * (high - 2)]
-    rows.append(f"{'#' * (inner // 2)}E".ljust(wide, "#"))
-    plan = "\n".join(rows)
-    return load(f"building: Hall\nsize: {wide} x {high}\nfloor 1: entry\n{plan}\n")
-
-
-CORRIDOR = empty(7, 200)
 
 
 @pytest.mark.parametrize("building", [TINY, CORRIDOR])

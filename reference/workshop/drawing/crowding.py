@@ -33,8 +33,7 @@ def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
     counts = f": {over}, {deaths.sum():.0f} died"
     name = page.shortened(building.title, 36)
     named = f"{name}, {heading}" if heading else name
-    title = page.shortened(named, 72 - len(counts)) + counts
-    figure, panels = page.floor_page(building, title, range(building.floors))
+    figure, panels = page.floor_page(building, named, range(building.floors), counts)
 
     look: Style = {"vmin": 0, "vmax": max(1.0, density.max())}
     look |= {"cmap": DENSITY_COLOURS, "extent": page.extent_of(building)}

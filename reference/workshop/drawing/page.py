@@ -93,10 +93,15 @@ def save(figure: Figure, path: str | Path) -> Path:
     return target
 
 
-def sheet(title: str, width: float, height: float, layout: Any = None) -> Picture:
-    """Make a titled figure, in inches, that needs no display."""
+def sheet(
+    title: str, width: float, height: float, about: str = "", layout: Any = None
+) -> Picture:
+    """Make a titled figure, in inches, that needs no display.
+
+    about: the end of the title, which stays whole however long the rest is
+    """
     figure = Picture(figsize=(width, height), layout=layout or "constrained")
-    figure.suptitle(shortened(title, int(8 * width)))
+    figure.suptitle(shortened(title, int(8 * width) - len(about)) + about)
     return figure
 
 
@@ -117,10 +122,14 @@ def legend(figure: Figure, handles: Sequence[Artist], **look: Any) -> None:
     figure.set_figheight(figure.get_figheight() + max(0, inches - 1))
 
 
-def swatches(cells: ArrayLike, **more: str) -> list[Artist]:
-    """Make legend entries for kinds that occur among cells, and for more colours."""
+def swatches(cells: ArrayLike, inks: Mapping[Kind, str] = COLOURS) -> list[Artist]:
+    """Make legend entries for kinds that occur among cells."""
     kinds = [kind for kind in MEANINGS if kind in np.asarray(cells)]
-    inks = {MEANINGS[kind]: COLOURS[kind] for kind in kinds} | more
+    return patches({MEANINGS[kind]: inks[kind] for kind in kinds})
+
+
+def patches(inks: Mapping[str, str]) -> list[Artist]:
+    """Make legend entries for colours, by name."""
     return [Patch(fc=ink, ec=FAINT, lw=0.5, label=name) for name, ink in inks.items()]
 
 
@@ -133,14 +142,21 @@ def samples(looks: Mapping[str, Style]) -> list[Artist]:
 
 
 def floor_page(
-    building: Building, title: str, floors: Sequence[int], alpha: float = 1.0
+    building: Building,
+    title: str,
+    floors: Sequence[int],
+    about: str = "",
+    alpha: float = 1.0,
 ) -> tuple[Picture, dict[int, Axes]]:
-    """Make a titled figure with a panel in metres for each of the floors."""
+    """Make a titled figure with a panel in metres for each of the floors.
+
+    about: the end of the title, see `sheet`
+    """
     rows, columns = arranged(building, len(floors))
     down, across = np.multiply((rows, columns), building.kind.shape[1:])
     width = min(12, 6 * across / down) + 0.7
-    height = min(6, 12 * down / across) + 1.5
-    figure = sheet(title, max(width, 9), height, "compressed")
+    height = max(0.9, min(6, 12 * down / across)) + 1.5
+    figure = sheet(title, max(width, 9), height, about, "compressed")
 
     panels = {}
     for place, floor in enumerate(floors, 1):
