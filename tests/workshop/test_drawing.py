@@ -588,6 +588,16 @@ def test_no_instant_of_any_building_is_clipped(name):
     assert one == pytest.approx(other)
 
 
+def test_who_plays_is_told_in_whole_beside_two_others(simulation):
+    """In two lines where one is too short; nothing overlaps."""
+    words = "robots: escort, lead people out at once by the safest way; fetch only near"
+    figure = scene_of(simulation.world, [f"escort\n{words}"] * 3).figure
+    assert " ".join(writing(figure)).count("lead people out at once") == 3
+    assert " ".join(writing(figure)).count("only near") == 3
+    assert "…" not in "".join(writing(figure))
+    assert overlaps(figure) == []
+
+
 def test_an_empty_house_can_be_drawn():
     """No people, no robots, no fire."""
     scenario = Scenario(people=0, robots_per_floor=0)

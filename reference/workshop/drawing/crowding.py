@@ -44,9 +44,13 @@ def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
         mark_deaths(axes, building, deaths[floor], runs)
 
     label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
+    if runs > 1:
+        label = f"{label},\nmean of {over}"
     figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
     died = page.samples(CROSS if deaths.any() else {})
-    page.legend(figure, [*page.swatches(building.kind), *died])
+    note = "on stairs nobody is counted" if building.stairwells else ""
+    handles = [*page.swatches(building.kind), *died]
+    page.legend(figure, handles, title=note, title_fontsize=8)
     figure.draw_without_rendering()
     for area in building.areas:
         plans.write_in_corner(panels[area.floor], building, area)

@@ -8,6 +8,7 @@ robot is how many stand there; a stairwell's letter is over its people.
 """
 
 from collections.abc import Collection, Sequence
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -364,12 +365,18 @@ class EvacuationPanel:
 
 
 def _write_heading(axes: Axes, heading: str, letters: int) -> None:
-    """Write a title that has room for letters, and further lines small below it."""
-    title, *words = heading.split("\n")
+    """Write a title that has room for letters, and all further lines small below it."""
+    title, *lines = heading.split("\n")
+    longest = 2 * letters
+    words = [
+        part
+        for line in lines
+        for part in wrap(page.of_shorter_words(line, longest), longest)
+    ]
     look: Style = {"fontsize": 14, "weight": "bold", "pad": 38 + 13 * len(words)}
     axes.set_title(page.shortened(title, letters), **look)
     for row, line in enumerate(reversed(words)):
-        _note(axes, page.shortened(line, 2 * letters), 0, 36 + 13 * row, 9)
+        _note(axes, line, 0, 36 + 13 * row, 9)
 
 
 def _note(axes: Axes, words: str, x: float, y: float, size: float) -> Text:

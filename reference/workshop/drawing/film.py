@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgba_array
 from PIL import Image
 from tqdm import tqdm
 
@@ -25,7 +24,7 @@ from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.drawing import web_film
 from reference.workshop.drawing.evacuation import INKS, STEPS, Scene, history_of, tally
-from reference.workshop.drawing.page import COLOURS
+from reference.workshop.drawing.page import palette_of
 from reference.workshop.drawing.web_film import seconds_per_frame
 from reference.workshop.measuring.recording import ticks
 from reference.workshop.storage.files import replacing
@@ -33,7 +32,6 @@ from reference.workshop.storage.files import replacing
 SPEED_UP = 6  # times real time
 HOLD_SECONDS = 3.0  # seconds that the last frame stays
 CLEAR_COLOUR = 255  # the palette's last place: a pixel that did not change
-NEAR_AN_INK = 11  # red, green and blue of 255: Pillow may take one for the other
 
 Frame = tuple[np.ndarray, float]  # pixels (rows, cols, 4), and seconds they are seen
 
@@ -194,23 +192,10 @@ def _in_few_colours(frames: Iterable[Frame]) -> Iterator[Image.Image]:
         end += seconds
         page = Image.fromarray(pixels).convert("RGB")
         if palette is None:  # the legend shows the colours of later frames, too
-            palette = _palette_of(page)
+            palette = palette_of(page, CLEAR_COLOUR, [*INKS.values(), *STEPS])
         image = page.quantize(palette=palette, dither=Image.Dither.NONE)
         image.info["duration"] = 10 * (round(100 * end) - begin)
         yield image
-
-
-def _palette_of(page: Image.Image) -> Image.Image:
-    """Choose colours, fewer than CLEAR_COLOUR: all inks, and others of a page."""
-    names = ["white", *COLOURS.values(), *INKS.values(), *STEPS]
-    inks = np.unique(np.rint(255 * to_rgba_array(names)[:, :3]), axis=0)
-    few = page.quantize(CLEAR_COLOUR - len(inks), Image.Quantize.MAXCOVERAGE)
-    others = np.reshape(few.getpalette() or [], (-1, 3))
-    apart = np.linalg.norm(others[:, None] - inks, axis=2).min(axis=1)
-    colours = np.concatenate([inks, others[apart > NEAR_AN_INK]])
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(colours.astype(int).ravel().tolist())
-    return palette
 
 
 def _mp4(path: Path, scene: Scene, frames: Iterable[Frame], pace: float) -> None:

@@ -216,7 +216,8 @@ def write_in_corner(
     margin = np.array((_MARGIN, -_MARGIN)) / metre
     x, y = np.array(corner) + margin + np.asarray(move)
     place: Style = {"ha": "left", "va": "top", "rotation": 90 if upright else 0}
-    return axes.text(x, y, area.name, size=size, alpha=0.7, zorder=2.5, **place)
+    look: Style = {"size": size, "color": page.FAINT, "zorder": 2.5, **HALO}
+    return axes.text(x, y, area.name, **place, **look)
 
 
 def north_end(area: Area) -> np.ndarray:
