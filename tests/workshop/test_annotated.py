@@ -1,15 +1,22 @@
 """The annotated paper: all of the appendix, beside its code and its tests."""
 
 import re
+from base64 import b64decode
 from html import unescape
+from io import BytesIO
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from conftest import ROOT
+from matplotlib.colors import to_rgb
 from paper_index import asked_for
+from PIL import Image
 
 from reference.__main__ import main
+from reference.building import Kind
 from reference.paper import TABLE_I
+from reference.workshop import drawing
 from reference.workshop.annotated import index
 from reference.workshop.annotated.index import (
     boards_of,
@@ -26,6 +33,9 @@ from reference.workshop.annotated.words import (
     TITLES,
     keys_named_in,
 )
+from reference.workshop.drawing.annotated import data_uri
+from reference.workshop.drawing.page import COLOURS
+from reference.workshop.maps import load
 
 LARGEST = 1_600_000  # bytes of the page
 
@@ -140,6 +150,16 @@ def test_a_test_is_shown_with_its_boards(elements):
     shown = [e for e in elements[1] if e.tag == "figure" and e.find("svg") is not None]
     again = {e.get("href", "#")[1:] for e in elements[1] if e.tag == "use"}
     assert len(shown) > 100 and again <= elements[0].keys()
+
+
+def test_a_picture_on_the_page_keeps_floors_apart_from_its_white():
+    """To the bit, though it has few colours: the legend's floor is seen."""
+    kept = data_uri(drawing.top(load("tiny"), 0)).split(",")[1]
+    picture = np.asarray(Image.open(BytesIO(b64decode(kept))).convert("RGB"))
+    colours, counts = np.unique(picture.reshape(-1, 3), axis=0, return_counts=True)
+    most = colours[np.argsort(-counts)[:3]].tolist()
+    for ink in ("white", COLOURS[Kind.FLOOR]):
+        assert [round(255 * part) for part in to_rgb(ink)] in most
 
 
 def test_a_text_is_parted_into_its_passes():

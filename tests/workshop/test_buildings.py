@@ -450,6 +450,9 @@ def test_crosses_are_where_people_died_and_headings_say_how_many(huts):
         assert "Floor 1: 10 die" in texts
         assert f"{name}: 75.0 [75.0, 75.0] % survive" in writing(axes)[-1]
     assert "0.0 [0.0, 0.0] points against hut.txt" in "\n".join(writing(figure))
+    told = " ".join(figure.legends[0].get_title().get_text().split())
+    assert told.startswith("3 runs of each match; bands and brackets: 95 % boot")
+    assert told.endswith("floors: deaths a run; crosses: all runs")
     curve = figure.axes[0]
     ends = [line.get_ydata()[-1] for line in curve.lines if len(line.get_xdata()) > 1]
     assert ends == pytest.approx([75, 75])

@@ -60,19 +60,19 @@ def test_what_is_drawn_is_what_networks_read(name):
         assert np.allclose((spots - robot.position) / 10, units, atol=1e-5)
 
 
-OFFICE = HUT.replace("Hut", "My office")  # as long as the README's
+OFFICE = HUT.replace("Hut", "The office that we have moved into")
 
 
 def test_a_title_is_not_cut_off_in_a_small_building():
     """Its page is the narrowest there is."""
     title = drawing.anchors(load(OFFICE)).get_suptitle()
-    assert title.endswith(" after the start")
+    assert title.startswith("The office that we have moved into: what robots")
 
 
 def test_the_view_names_its_moment_and_a_person_whom_nobody_leads_is_no_disc():
     """Discs are followers, as in other pictures."""
     title = drawing.anchors(shipped("tiny")).get_suptitle()
-    assert "10 s after the start" in title
+    assert title == "Tiny office: what robots choose between after 10 s"
     assert ANCHOR_LOOKS[LOST]["marker"] == "^"
 
 

@@ -4,13 +4,17 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 from outcomes import result
-from pages import overlaps, to_lab
+from pages import overlaps, to_lab, writing
 
 from reference.evaluation.score import paper_ruler
 from reference.workshop.comparing import cells
 from reference.workshop.comparing.results import mean_and_interval
 from reference.workshop.drawing.colours import OF_THOSE_THAT_SHIP, OTHERS, lines_of
-from reference.workshop.drawing.crossplay import evacuation_curves, matrix
+from reference.workshop.drawing.crossplay import (
+    MEANS_OVER,
+    evacuation_curves,
+    matrix,
+)
 from reference.workshop.strategies import ANY_MAP, LEARNED
 from reference.workshop.strategies import ROBOTS as ROBOTS_THAT_SHIP
 
@@ -31,10 +35,15 @@ def results(robots, fires, runs=5):
 
 @pytest.mark.parametrize("size", [(1, 1), (8, 8), (26, 1)])
 def test_nothing_overlaps_in_either_picture(size):
-    """From one match to many, with checkpoints among the names; nor do curves agree."""
+    """From one match to many, with checkpoints among the names; nor do curves agree.
+
+    Below stands where and over what.
+    """
     found = results(ROBOTS[: size[0]], FIRES[-size[1] :], runs=2)
-    assert overlaps(matrix(cells(found, paper_ruler()))) == []
-    figure = evacuation_curves(found)
+    told = f"A house of many rooms, 12 people, {'a=1, ' * 20}: {MEANS_OVER}"
+    assert overlaps(matrix(cells(found, paper_ruler()), told)) == []
+    figure = evacuation_curves(found, told)
+    assert "intervals" in " ".join(writing(figure.legends[0]))
     assert overlaps(figure) == []
     looks = [
         (line.get_color(), line.get_linestyle(), line.get_linewidth())

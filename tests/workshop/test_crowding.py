@@ -80,6 +80,8 @@ def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
     figure = crowding_map(seen)
     assert "Tiny office: 7 evacuations, 2 died" in writing(figure)
     assert "died here (larger: more people)" in writing(figure)
+    density = "highest people per m², in 3 m x 3 m,\nmean of 7 evacuations"
+    assert {density, "on stairs nobody is counted"} <= {*writing(figure)}
     assert overlaps(figure) == []
     name = "out/with-a-very-long-name/seed-3/checkpoints/checkpoint-000120.pt"
     seen.deaths = 0 * deaths
@@ -104,6 +106,7 @@ def test_rooms_are_named_in_a_corner_below_the_crosses():
         (crosses,) = axes.collections
         for text in axes.texts:
             assert text.get_zorder() < crosses.get_zorder()
+            assert text.get_path_effects()  # it is read where people were densest
             box = text.get_window_extent().transformed(axes.transData.inverted())
             cells = [(floor, *institute.cell(x, y)) for x, y in box.corners()]
             (area,) = {int(institute.area[cell]) for cell in cells}

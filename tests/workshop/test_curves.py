@@ -184,6 +184,7 @@ def test_several_trainings_have_a_colour_and_a_name_each(run):
     for colour, one in zip(colours, runs, strict=False):
         assert to_hex(named[one.name].get_facecolor()) == colour
     assert "head: floor, mixture, set" in legend.get_title().get_text()
+    assert "robots" in named and "people" not in named  # a line as that of robots
 
 
 def test_where_one_side_learns_nothing_is_said_of_the_other(run):
@@ -301,20 +302,22 @@ def test_what_differs_between_trainings_is_said_in_a_line():
     other = replace(one.settings, robots=replace(robots, head="set"))
     assert differences({"a": one, "b": one}) == ""
     told = differences({"a": one, "b": replace(one, seed=3, settings=other)})
-    assert told == f"seed: 0, 3; robots.head: {robots.head}, set"
+    assert told == f"seed: 0 | 3; robots.head: {robots.head} | set"
     fixed = replace(one, building="paper", fixed={"fire": ("random",)})
     assert (
         differences({"a": one, "b": fixed})
-        == "building: tiny, paper; fire: learns, random"
+        == "building: tiny | paper; fire: learns | random"
     )
+    both = replace(one, fixed={"fire": ("random", "fixed")})
+    assert differences({"a": both, "b": fixed}).endswith("fire: random, fixed | random")
     later = replace(one, initial={"robots": network(3)})
     assert re.fullmatch(
-        r"begins with: random weights, network [0-9a-f]{6}",
+        r"begins with: random weights \| network [0-9a-f]{6}",
         differences({"a": one, "b": later}),
     )
     against = {k: replace(one, fixed={"fire": (network(k),)}) for k in (1, 2)}
     assert re.fullmatch(
-        r"fire: network [0-9a-f]{6}, network [0-9a-f]{6}", differences(against)
+        r"fire: network [0-9a-f]{6} \| network [0-9a-f]{6}", differences(against)
     )
     laptop = replace(one, settings=preset("laptop"))
     assert re.search(r"; and \d+ more$", differences({"a": one, "b": laptop}))

@@ -52,6 +52,18 @@ def drawn(view, name):
     return getattr(drawing, view)(shipped(name))
 
 
+def empty(high, wide):
+    """A house of one room, with an exit in the middle of its south."""
+    inner = wide - 2
+    rows = ["#" * wide, *[f"#{'.' * inner}#"] * (high - 2)]
+    rows.append(f"{'#' * (inner // 2)}E".ljust(wide, "#"))
+    plan = "\n".join(rows)
+    return load(f"building: Hall\nsize: {wide} x {high}\nfloor 1: entry\n{plan}\n")
+
+
+CORRIDOR = empty(7, 200)
+
+
 def evacuation(limit=6.0, building=TINY, **rule):
     """Some seconds, in which everything happens that can be drawn."""
     rule = Scenario(people=8, robots_per_floor=1, time_limit=limit, **rule)
@@ -154,6 +166,31 @@ def test_robots_on_one_spot_are_counted_and_letters_of_stairwells_are_over_peopl
         assert order(signs[0]) > max(map(order, panel.people.values()))
 
 
+def test_more_robots_on_one_spot_than_a_digit_counts_are_nine_and_more():
+    """Twelve in an exit are not called nine."""
+    run = Simulation(TINY, Scenario(people=4, robots_per_floor=12), Sweep())
+    (panel,) = (scene := Scene(TINY, 4)).sides
+    for robot in run.world.robots:
+        robot.position = np.zeros(2)
+    scene.show(run.world, [tally(run.world)])
+    (signs,) = (signs for signs in panel.counts.values() if len(signs[0].get_xdata()))
+    assert len(signs[0].get_xdata()) == TINY.floors
+    wide, high = np.ptp(signs[0].get_marker().vertices, axis=0)
+    assert wide > 1.5 * high
+
+
+def test_a_robot_in_an_exit_of_the_outer_wall_is_drawn_whole():
+    """It reaches beyond the floor."""
+    museum = shipped("museum")
+    run = Simulation(museum, Scenario(people=0, robots_per_floor=1), Sweep())
+    (exit_,) = (mark for mark in museum.landmarks if mark.kind is Kind.EXIT)
+    run.world.robots[0].position = np.array(exit_.position)
+    (side,) = scene_of(run.world).sides
+    (x,), _ = side.on_page(0, exit_.position)
+    low, _ = side.axes.get_ylim()
+    assert colour_at(side.axes, x, low - 0.1).max() < 0.5
+
+
 @pytest.mark.paper("A2")
 def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall():
     """An edge leads from a door round the corners of a room to its node."""
@@ -178,16 +215,21 @@ def test_the_drawn_graph_numbers_its_ways_in_the_wall_beside_them(name):
     """As their ids do; no number lies on another, or on a way."""
     building = shipped(name)
     spots = set()
-    for floor, axes in enumerate(drawn("graph", name).axes):
+    ids = []
+    figure = drawn("graph", name)
+    for floor, axes in enumerate(figure.axes):
         numbers = [text for text in axes.texts if text.get_text().isdigit()]
         marks = [mark for mark in building.landmarks if mark.floor == floor]
         for mark, text in zip(marks, numbers, strict=True):
             x, y = text.get_position()
             assert mark.id.endswith(f"-{text.get_text()}")
+            ids.append(mark.id)
             assert np.hypot(x - mark.position[0], y - mark.position[1]) < 3
             assert building.kind[(floor, *building.cell(x, y))] == Kind.WALL
             spots.add((floor, x, y))
     assert len(spots) == len(building.landmarks)
+    told = figure.legends[0].get_title().get_text()
+    assert told.startswith("numbers: of doors") and told.split()[-1] in ids
 
 
 def test_a_line_beside_another_keeps_its_ends_and_its_distance():
@@ -308,6 +350,47 @@ def test_the_close_up_finds_every_kind_of_passage_there_is(name):
     assert {MEANINGS[mark.kind] for mark in shipped(name).landmarks} == named
 
 
+@pytest.mark.paper("A8", "Fig. 1")
+@pytest.mark.parametrize("view", ["oblique", "closeup", "walkable"])
+def test_the_legend_of_a_relief_has_its_colours_and_its_lines(view):
+    """Walls as they are painted, and lines between storeys, where there are some."""
+    figure = drawn(view, "tiny")
+    (legend,) = figure.legends
+    words = [text.get_text() for text in legend.get_texts()]
+    handles = dict(zip(words, legend.legend_handles, strict=True))
+    painted = np.concatenate([c.get_facecolors() for c in figure.axes[0].collections])
+    wall = to_rgb(handles["wall"].get_facecolor())
+    assert np.abs(painted[:, :3] - wall).max(axis=1).min() < 0.01
+    lines = {line.get_linestyle() for axes in figure.axes for line in axes.lines}
+    assert ("stairwell, floor to floor" in words) == bool(lines) == (view != "closeup")
+
+
+LONG_TITLE = "A house that goes on and on for ever and ever, to see what becomes of it"
+
+
+@pytest.mark.parametrize(
+    ("view", "end"),
+    [
+        ("oblique", ", seen from the south-west"),
+        ("walkable", " m²"),
+        ("closeup", ": ways through, up close"),
+        ("graph", ": the graph"),
+        ("anchors", ": what robots choose between after 10 s"),
+    ],
+)
+def test_a_long_title_keeps_its_end_which_says_what_the_view_is(view, end):
+    """It is the building's own name that is cut off."""
+    house = Building(replace(TINY.drawing, title=LONG_TITLE * 2))
+    title = getattr(drawing, view)(house).get_suptitle()
+    assert title.startswith("A house that goes on") and title.endswith(end)
+
+
+@pytest.mark.parametrize("view", ["top", "graph", "anchors"])
+def test_nothing_overlaps_on_the_page_of_a_corridor(view):
+    """Though it is a strip."""
+    assert overlaps(getattr(drawing, view)(CORRIDOR)) == []
+
+
 # -- One instant --------------------------------------------------------------------
 
 
@@ -342,12 +425,31 @@ def test_health_is_a_colour_that_darkens(simulation):
     assert light[0] > 2 * light[-1]
 
 
-def test_a_step_of_health_ends_where_the_scale_has_a_number(simulation):
+@pytest.mark.parametrize("building", [TINY, CORRIDOR])
+def test_a_step_of_health_ends_where_the_scale_has_a_number(building):
     """Every 20 of 100: who is paler has passed a number that can be read."""
-    figure = scene_of(simulation.world).figure
+    figure = scene_of(evacuation(building=building).world).figure
     scale = next(axes for axes in figure.axes if axes.get_ylabel() == "health")
     borders = np.linspace(0, 100, len(STEPS) + 1)
     assert {*scale.get_yticks()} <= {*borders.tolist()}
+
+
+def test_the_scale_of_health_can_be_read_beside_a_corridor():
+    """Its colours, too, though the floor is half an inch high."""
+    figure = scene_of(evacuation(building=CORRIDOR).world).figure
+    assert overlaps(figure) == []
+    floors, _, scale = (axes.get_window_extent() for axes in figure.axes)
+    assert floors.height < 0.5 * figure.dpi
+    assert scale.height > 0.8 * figure.dpi and scale.width > 0.1 * figure.dpi
+
+
+def test_a_narrow_floor_is_called_by_its_number():
+    """Where its whole title has no place; the number is what tells it from others."""
+    said = writing(scene_of(evacuation(building=empty(80, 9)).world).figure)
+    assert "Floor 1" in said and "Floor 1: entry" not in said
+    assert "Floor 1: entry" in writing(
+        scene_of(evacuation(building=CORRIDOR).world).figure
+    )
 
 
 @pytest.mark.parametrize("name", ["tiny", "paper"])
@@ -486,6 +588,16 @@ def test_no_instant_of_any_building_is_clipped(name):
     assert one == pytest.approx(other)
 
 
+def test_who_plays_is_told_in_whole_beside_two_others(simulation):
+    """In two lines where one is too short; nothing overlaps."""
+    words = "robots: escort, lead people out at once by the safest way; fetch only near"
+    figure = scene_of(simulation.world, [f"escort\n{words}"] * 3).figure
+    assert " ".join(writing(figure)).count("lead people out at once") == 3
+    assert " ".join(writing(figure)).count("only near") == 3
+    assert "…" not in "".join(writing(figure))
+    assert overlaps(figure) == []
+
+
 def test_an_empty_house_can_be_drawn():
     """No people, no robots, no fire."""
     scenario = Scenario(people=0, robots_per_floor=0)
@@ -577,6 +689,23 @@ def test_a_gif_has_a_frame_for_every_instant_and_ends_with_the_page(
     assert (off < 24).mean() > 0.995
 
 
+def test_a_gif_has_the_inks_of_pictures(tmp_path):
+    """To the bit, as its legend shows: white is no pale yellow."""
+    run = evacuation(0.2)
+    drawing.animate([run], tmp_path / "film.gif")
+    (first, *_), _ = frames(tmp_path / "film.gif")
+    scene = scene_of(run.world)
+    page = film.painter(scene)()[..., :3]
+    legend = slice(-int(scene.figure.legends[0].get_window_extent().y1), None)
+    inks = ["#ffffff", *COLOURS.values(), *INKS.values(), *STEPS]
+    found = 0
+    for ink in np.rint(255 * np.array([to_rgb(ink) for ink in inks])):
+        here = (page[legend] == ink).all(axis=2)
+        found += here.any()
+        assert (first[legend][here] == ink).all()
+    assert found > 10
+
+
 @pytest.mark.parametrize("ticks", [10, 4])  # a frame of 0.6 s and of 0.64 s
 def test_a_gif_takes_a_sixth_of_the_time_whatever_the_tick(ticks, tmp_path):
     """Also where a frame is no whole hundredth of a second, nothing gets lost."""
@@ -588,6 +717,49 @@ def test_a_gif_takes_a_sixth_of_the_time_whatever_the_tick(ticks, tmp_path):
     assert sum(seconds[:-1]) == pytest.approx(pace * (len(seconds) - 1), abs=0.006)
     assert seconds[-1] == pytest.approx(3, abs=0.01)
     assert max(seconds[:-1]) - min(seconds[:-1]) < 0.011
+
+
+@pytest.fixture
+def scenes(monkeypatch):
+    """The scenes of all films of a test."""
+    made = []
+
+    class Kept(Scene):
+        def __init__(self, *args):
+            super().__init__(*args)
+            made.append(self)
+
+    monkeypatch.setattr(film, "Scene", Kept)
+    return made
+
+
+def test_a_film_s_legend_names_only_what_can_come(scenes, tmp_path):
+    """Neither robots where there are none in any run, nor fire where none is lit."""
+    rule = Scenario(people=4, time_limit=0.4)
+    guided = Scenario(people=4, time_limit=0.4, robots_per_floor=1)
+    calm = Simulation(TINY, rule)
+    drawing.animate([calm], tmp_path / "calm.gif")
+    of_robots = {"robot (2: two on one spot)", "destination"}
+    of_fire = {"flames", "ash", "burnt door", "fire source"}
+    pair = [Simulation(TINY, rule), Simulation(TINY, guided, Sweep(), RandomFire())]
+    drawing.animate(pair, tmp_path / "both.gif")
+    alone, both = (told_in_legend(scene.figure) for scene in scenes)
+    assert alone == both - of_robots - of_fire
+    assert of_robots | of_fire | {"died here"} < both
+
+
+def test_a_film_s_curves_begin_at_0_s_and_end_where_their_run_ends(scenes, tmp_path):
+    """Also where it is filmed from later on, or another run goes on beside it."""
+    short = evacuation(2.0)
+    long = evacuation(3.2)
+    for run in (short, long):
+        for _ in range(4):
+            run.step()
+    drawing.animate([short, long], tmp_path / "both.gif")
+    curves = [side.lines["inside"].get_xdata() for side in scenes[0].sides]
+    for run, times in zip((short, long), curves, strict=True):
+        assert (times[0], times[-1]) == (0, run.world.time)
+        assert (np.diff(times) > 0).all()
 
 
 def test_two_evacuations_are_shown_side_by_side_until_both_are_over(tmp_path):

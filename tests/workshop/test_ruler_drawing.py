@@ -82,7 +82,8 @@ def test_every_match_is_a_point_with_its_intervals_and_its_score():
     """Mean reward and difficulty; what lies off the ruler is left out."""
     match = cell("sweep", "random", 9000, 2000, 200, 150)
     lost = replace(cell("sweep", "none", 9e4, 0), score=None)
-    figure = drawing.contours(paper_ruler(), [lost, match])
+    figure = drawing.contours(paper_ruler(), [lost, match], caption="A house, 9 runs")
+    assert "A house, 9 runs" in writing(figure)
     axes = figure.axes[0]
     assert dots(axes).tolist() == [[9000, 2000]]
     across, up = (line.get_xydata().tolist() for line in axes.lines[:2])
@@ -146,11 +147,13 @@ def test_a_colour_is_a_team_and_a_shape_is_a_fire():
     assert shapes[:8] == shapes[8:] and len({*shapes}) == 8
 
 
+WHERE = f"A house, 12 people, {'a=1, ' * 30}means over 200 runs"
+
 PAGES = {
     "for few people": lambda: drawing.curve(FEW, 1500),
     "twelve pairs": lambda: drawing.contours(paper_ruler(), list(cells(12))),
     "forty paths": lambda: drawing.contours(
-        paper_ruler(), list(cells(40, "out/of-a/" * 9))
+        paper_ruler(), list(cells(40, "out/of-a/" * 9)), caption=WHERE
     ),
     "of few people": lambda: drawing.contours(FEW, [cell("sweep", "none", 800, 1500)]),
 }

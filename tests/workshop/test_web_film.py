@@ -22,6 +22,7 @@ from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import looks
 from reference.workshop.drawing.web_film import (
     BODY,
+    DONE,
     NEVER,
     Reel,
     floor_names,
@@ -116,7 +117,7 @@ def test_the_film_holds_where_everybody_is_and_robots_go_to_the_decimetre(film):
                 assert says == robot.says
                 sent += 1
             else:
-                assert [says, *goal] == [-1, -1, -1]
+                assert [says, *goal] == [-1 if robot.active else DONE, -1, -1]
     assert k + 1 == run["bodies"][0] > 100 and sent > 100
     assert {*bodies.fate} == {*Fate}
 
@@ -214,6 +215,18 @@ def test_a_film_may_begin_in_the_middle_of_a_run(tmp_path):
     assert (ash == 0).sum() > 0
 
 
+@pytest.mark.parametrize(
+    ("people", "told"), [(1, "1 person evacuates"), (2, "2 people evacuate")]
+)
+def test_the_page_says_how_many_evacuate(people, told, tmp_path):
+    """One is a person."""
+    path = tmp_path / "film.html"
+    drawing.animate(
+        Simulation(load("tiny"), Scenario(people=people, time_limit=0.4)), path
+    )
+    assert f"<h1>Tiny office: {told}</h1>" in path.read_text(encoding="utf-8")
+
+
 def test_runs_side_by_side_tell_the_same_seconds(tmp_path):
     """Another second for each would need a slider of its own."""
     later = evacuation()
@@ -297,6 +310,40 @@ def test_robots_on_one_spot_are_counted():
     const told = together(bodies).map(([one, count]) => [one.x, count])
     console.log(JSON.stringify(told))"""
     assert played(code, film={"spot": 5}, bodies=bodies, ROBOT=4) == [[0, 3]]
+
+
+@needs_node
+@pytest.mark.paper("C8")
+@pytest.mark.parametrize(
+    ("says", "x", "told"),
+    [
+        (-1, 40, ", says “follow me”"),
+        (0, 40, ", says “go to exit-1”"),
+        (-1, -1, ""),
+        (DONE, -1, ", its work is done"),
+    ],
+)
+def test_who_clicks_a_robot_reads_what_it_says(says, x, told):
+    """Before its first decision, and when its work is done, it says nothing."""
+    robot = {"i": 2, "state": 4, "floor": 0, "leader": -1, "health": 100}
+    robot |= {"says": says, "toX": x}
+    code = f"""const ROBOT = 4, OUT = 2, DEAD = 3, LEADER = 1, begin = 0
+    const frame = () => 0, since = () => 0
+    {of_player("DONE", "words", "facts")}
+    const run = {{frames: [[0, 1, robot]], people: 2, chosen: 2}}
+    console.log(JSON.stringify(facts(run, 0)))"""
+    film = {"marks": [{"name": "exit-1"}]}
+    assert played(code, film=film, robot=robot) == f"robot 1, floor 1{told}"
+
+
+@needs_node
+def test_the_scale_of_health_has_the_steps_of_people():
+    """No shade between them, which nobody has."""
+    code = f"""{of_player("colour", "steps")}
+    console.log(JSON.stringify([steps, [1, 50, 51, 100].map(colour)]))"""
+    steps = ["dark 0% 50%", "pale 50% 100%"]
+    shown = [steps, ["dark", "dark", "pale", "pale"]]
+    assert played(code, film={"health": ["dark", "pale"]}) == shown
 
 
 def test_films_and_pictures_have_one_word_for_each_thing():

@@ -287,4 +287,4 @@ def _draw(
         save(curve(ruler, best), folder / "ruler.png")
     except RulerError as error:
         print_note(f"no ruler.png: {error}")
-    save(contours(ruler, cells, one), folder / "scores.png")
+    save(contours(ruler, cells, one, told), folder / "scores.png")

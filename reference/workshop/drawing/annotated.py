@@ -52,8 +52,10 @@ def data_uri(figure: Figure) -> str:
     drawn = BytesIO()
     small = BytesIO()
     figure.savefig(drawn, format="png", dpi=110)
-    picture = Image.open(drawn).convert("RGB").quantize(64, Image.Quantize.FASTOCTREE)
-    picture.save(small, "png", optimize=True)
+    picture = Image.open(drawn).convert("RGB")
+    palette = page.palette_of(picture, 64)
+    few = picture.quantize(palette=palette, dither=Image.Dither.NONE)
+    few.save(small, "png", optimize=True)
     return f"data:image/png;base64,{b64encode(small.getvalue()).decode()}"
 
 

@@ -5,6 +5,7 @@ floors, with a cross wherever people died.  Bands and brackets are 95 % interval
 """
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -81,7 +82,7 @@ def side_by_side(
             axes.set_title(_heading(mine), fontsize=10, pad=18)
             plan_axes.append((axes, building, moves))
 
-    _add_legend(figure, rows[0, 0], [*buildings.values()])
+    _add_legend(figure, rows[0, 0], [*buildings.values()], _words_over(figures[0].n))
     figure.draw_without_rendering()
     for axes, building, moves in plan_axes:
         for area in building.areas:
@@ -160,8 +161,19 @@ def _draw_floors(
     return moves
 
 
-def _add_legend(figure: Figure, curve: Axes, buildings: Sequence[Building]) -> None:
-    """Explain lines, marks, crosses and cells."""
+def _words_over(runs: int) -> str:
+    """Say of how many runs a match is made, and what tells of all of them."""
+    deaths = "floors: deaths a run; crosses: all runs"
+    if runs == 1:
+        return f"one run of each match; {deaths}"
+    bands = "bands and brackets: 95 % bootstrap intervals"
+    return f"{runs:,} runs of each match; {bands}; {deaths}"
+
+
+def _add_legend(
+    figure: Figure, curve: Axes, buildings: Sequence[Building], words: str
+) -> None:
+    """Explain lines, marks, crosses and cells; words: a line above."""
     lines = [line for line in curve.lines if line.get_linestyle() != "None"]
     named = [line for line in lines if not str(line.get_label()).startswith("_")]
     open_: Style = {"mfc": "white", "mec": page.TEXT, "mew": 1.6}
@@ -169,4 +181,6 @@ def _add_legend(figure: Figure, curve: Axes, buildings: Sequence[Building]) -> N
     kinds = np.concatenate([building.kind.ravel() for building in buildings])
     cells = page.swatches(kinds[kinds != Kind.FLOOR])
     columns = int(figure.get_figwidth() / 2.1)
-    page.legend(figure, [*named, *marks, *page.samples(CROSS), *cells], ncols=columns)
+    handles = [*named, *marks, *page.samples(CROSS), *cells]
+    title = fill(words, int(12 * figure.get_figwidth()))
+    page.legend(figure, handles, ncols=columns, title=title, title_fontsize=8)

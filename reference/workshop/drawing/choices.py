@@ -60,9 +60,9 @@ A disc would be a follower: see `evacuation`.
 def anchors(building: Building) -> Figure:
     """Draw what a robot on each floor chooses between, at a moment [C5] [C6]."""
     simulation = moment_of(building)
-    when = f"{simulation.world.time:.0f} s after the start"
-    title = f"{building.title}: anchors, points that robots choose between, {when}"
-    figure, panels = page.floor_page(building, title, range(building.floors), _PALE)
+    about = f": what robots choose between after {simulation.world.time:.0f} s"
+    floors = range(building.floors)
+    figure, panels = page.floor_page(building, building.title, floors, about, _PALE)
     found = anchors_of(simulation)
     for floor, by_kind in found.items():
         stars = ways_on_floor(building, floor, way_marks(building, floor)[0])

@@ -22,7 +22,7 @@ from reference.workshop.comparing.intervals import intervals_of_columns
 from reference.workshop.comparing.results import Cell, mean_and_interval
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.drawing.colours import DASHES, lines_of
-from reference.workshop.drawing.page import legend, sheet
+from reference.workshop.drawing.page import Style, legend, sheet
 
 SURVIVAL_COLOURS = LinearSegmentedColormap.from_list(
     "even", ["#dc7d33", "#fbf7ef", "#62a0d8"]
@@ -103,8 +103,9 @@ def evacuation_curves(results: Sequence[RunResult], caption: str = "") -> Figure
     letters = min(24, max(map(len, robots)))
     entry = 0.8 + 0.07 * letters  # inches
     columns = min(4, int(width / entry))
-    legend(page, axes.lines, ncols=columns, handlelength=3.6)
-    page.supxlabel(fill(caption, int(13 * width)), fontsize=8)
+    words = fill(caption, int(13 * width))
+    look: Style = {"title": words, "title_fontsize": 8, "handlelength": 3.6}
+    legend(page, axes.lines, ncols=columns, **look)
     return page
 
 

@@ -33,8 +33,7 @@ def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
     counts = f": {over}, {deaths.sum():.0f} died"
     name = page.shortened(building.title, 36)
     named = f"{name}, {heading}" if heading else name
-    title = page.shortened(named, 72 - len(counts)) + counts
-    figure, panels = page.floor_page(building, title, range(building.floors))
+    figure, panels = page.floor_page(building, named, range(building.floors), counts)
 
     look: Style = {"vmin": 0, "vmax": max(1.0, density.max())}
     look |= {"cmap": DENSITY_COLOURS, "extent": page.extent_of(building)}
@@ -45,9 +44,13 @@ def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
         mark_deaths(axes, building, deaths[floor], runs)
 
     label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
+    if runs > 1:
+        label = f"{label},\nmean of {over}"
     figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
     died = page.samples(CROSS if deaths.any() else {})
-    page.legend(figure, [*page.swatches(building.kind), *died])
+    note = "on stairs nobody is counted" if building.stairwells else ""
+    handles = [*page.swatches(building.kind), *died]
+    page.legend(figure, handles, title=note, title_fontsize=8)
     figure.draw_without_rendering()
     for area in building.areas:
         plans.write_in_corner(panels[area.floor], building, area)

@@ -197,8 +197,9 @@ def learning_curves(
     colour = {"color": page.TEXT} if several else {}
     looks: dict[str, Style] = {
         label: LOOKS[label] | {"lw": 2} | colour
-        for found in panels.values()
+        for title, found in panels.items()
         for label in found
+        if not several or len(PANELS[title]) > 1  # else its panel's title names it
     }
     words = list[str]()
     if smoothed:  # else there are so few rows that each is its own mean

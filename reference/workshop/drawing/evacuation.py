@@ -8,6 +8,7 @@ robot is how many stand there; a stairwell's letter is over its people.
 """
 
 from collections.abc import Collection, Sequence
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,13 +39,15 @@ A step is 20 of 100, as the scale is marked; few steps keep films small.
 
 OVER_FLAMES = 3.8  # where names of rooms are drawn, below all that moves
 OVER_ALL = 7  # where letters of stairwells are drawn, and numbers of robots
+SIGN_SIZE = 7.5  # points, of these
 ONE_SPOT = 0.5  # metres between robots of which one hides the other
 TO_NUMBER = (0.11, -0.09)  # inches from a robot to the number of those on its spot
-MOST_COUNTED = 9  # robots on one spot; more have the same number
+MOST_COUNTED = 9  # robots on one spot: "9+" are nine or more
 TOLD = {"robot": "robot (2: two on one spot)"}  # in the legend
 ALONE_WIDE = 11  # inches of a page with one evacuation
 MORE_WIDE = 2  # inches that each further one adds
 MOST_HIGH = 5.2  # inches of floors
+LEAST_SCALE = 0.9  # inches, of health beside floors that are lower
 FLOORS_WIDE = 0.85  # of an evacuation's share of the page
 BELOW = 3.5  # inches of the page for headings, curves and legends
 LETTERS_PER_INCH = 6.8  # of a title; others are half as wide
@@ -159,7 +162,8 @@ class Scene:
     def _add_legends(self, axes: np.ndarray, building: Building) -> Axes:
         """Add the scale of health beside the floors, returned, and all shapes below."""
         health = ScalarMappable(Normalize(0, paper.HEALTH), HEALTHS)
-        look: Style = {"label": "health", "aspect": 40, "pad": 0.01, "panchor": (0, 1)}
+        look: Style = {"label": "health", "pad": 0.01, "panchor": (0, 1)}
+        look |= {"ticks": np.linspace(0, paper.HEALTH, len(STEPS) + 1)}
         scale = self.figure.colorbar(health, ax=axes, **look)
         shapes = page.samples(looks(7.5) | CURVES)
         cells = page.swatches(building.kind[building.kind != Kind.FLOOR])
@@ -170,8 +174,11 @@ class Scene:
         """Move a scale to the right edge of floors, which may not fill their place."""
         floors.apply_aspect()
         plan = floors.get_position()
-        inch = 1 / self.figure.get_figwidth()
-        scale.set_position((plan.x1 + 0.15 * inch, plan.y0, inch, plan.height))
+        across, up = 1 / self.figure.get_size_inches()  # an inch
+        high = max(plan.height, LEAST_SCALE * up)
+        low = (plan.y0 + plan.y1 - high) / 2
+        scale.set_box_aspect(None)
+        scale.set_position((plan.x1 + 0.15 * across, low, 0.12 * across, high))
 
     def _tell(self, entries: list[Artist]) -> None:
         """Make the legend below, of entries labelled as `looks` names them."""
@@ -181,7 +188,7 @@ class Scene:
             text.set_text(TOLD.get(text.get_text(), text.get_text()))
 
     def leave_out_of_legend(self, names: Collection[str]) -> None:
-        """Make the legend again, without these names: for a picture of one instant."""
+        """Make the legend again, without these names of what is not to be seen."""
         self.figure.legends[0].remove()
         self._tell([each for each in self.entries if each.get_label() not in names])
 
@@ -208,18 +215,23 @@ class EvacuationPanel:
 
         own = looks(plans.points_per_metre(axes))
         crowd: Style = {"cmap": HEALTHS, "vmin": 0, "vmax": paper.HEALTH, "c": []}
-        crowd |= {"ec": INK, "lw": 0.7, "zorder": 5}
+        crowd |= {"ec": INK, "lw": 0.7, "zorder": 5, "clip_on": False}
         self.people = {}
         for mode in Mode:
             look = own.pop(mode.name.lower())
             crowd |= {"marker": look["marker"], "s": look["ms"] ** 2}
             self.people[mode] = axes.scatter([], [], **crowd)
-        self.marks = {k: axes.plot([], [], **look)[0] for k, look in own.items()}
+        self.marks = {
+            name: axes.plot([], [], clip_on=False, **look)[0]
+            for name, look in own.items()
+        }
         scale = axes.figure.dpi_scale_trans
         beside = axes.transData + ScaledTranslation(*TO_NUMBER, scale)
+        numbers = {count: str(count) for count in range(2, MOST_COUNTED)}
+        numbers[MOST_COUNTED] = f"{MOST_COUNTED}+"
         self.counts = {
-            count: _write_signs(axes, str(count), transform=beside)
-            for count in range(2, MOST_COUNTED + 1)
+            count: _write_signs(axes, number, transform=beside)
+            for count, number in numbers.items()
         }
         self.letters = [self._write_letters(well) for well in building.stairwells]
         self.lines = {k: curve.plot([], [], **look)[0] for k, look in CURVES.items()}
@@ -353,12 +365,18 @@ class EvacuationPanel:
 
 
 def _write_heading(axes: Axes, heading: str, letters: int) -> None:
-    """Write a title that has room for letters, and further lines small below it."""
-    title, *words = heading.split("\n")
+    """Write a title that has room for letters, and all further lines small below it."""
+    title, *lines = heading.split("\n")
+    longest = 2 * letters
+    words = [
+        part
+        for line in lines
+        for part in wrap(page.of_shorter_words(line, longest), longest)
+    ]
     look: Style = {"fontsize": 14, "weight": "bold", "pad": 38 + 13 * len(words)}
     axes.set_title(page.shortened(title, letters), **look)
     for row, line in enumerate(reversed(words)):
-        _note(axes, page.shortened(line, 2 * letters), 0, 36 + 13 * row, 9)
+        _note(axes, line, 0, 36 + 13 * row, 9)
 
 
 def _note(axes: Axes, words: str, x: float, y: float, size: float) -> Text:
@@ -385,8 +403,11 @@ def paint_floors(
     for floor, (x, y) in enumerate(moves):
         extent = (left + x, right + x, low + y, high + y)
         axes.imshow(page.paint(building.kind[floor]), extent=extent)
-        name = names[floor] if names else page.floor_title(building, floor)
-        name = page.shortened(name, letters)
+        name = page.floor_title(building, floor)
+        if len(name) > letters:
+            name = f"Floor {floor + 1}"
+        if names:
+            name = page.shortened(names[floor], letters)
         axes.annotate(name, (left + x, high + y), (0, 3), textcoords="offset points")
     axes.set_xlim(left, right + max(moves[:, 0]))
     axes.set_ylim(low + min(moves[:, 1]), high)
@@ -415,15 +436,17 @@ def looks(metre: float) -> dict[str, Style]:
     }
 
 
-def _write_signs(axes: Axes, letter: str, **look: Any) -> list[Line2D]:
-    """Write a letter or a digit over all else, and its halo: marks take less than text.
+def _write_signs(axes: Axes, word: str, **look: Any) -> list[Line2D]:
+    """Write a letter or a number over all else, with a halo; marks cost less than text.
 
     They are nowhere until they are moved.
     """
-    outline = TextPath((0, 0), letter)
+    outline = TextPath((0, 0), word, size=SIGN_SIZE)
     middle = outline.get_extents().get_points().mean(axis=0)
     glyph = Path(outline.vertices - middle, outline.codes)
-    look |= {"ls": "", "marker": glyph, "ms": 5.5, "zorder": OVER_ALL}
+    size = 2 * np.abs(glyph.vertices).max()  # of the square around it, points
+    look |= {"ls": "", "marker": glyph, "ms": size, "zorder": OVER_ALL}
+    look |= {"clip_on": False}
     inks: tuple[Style, ...] = (
         {"color": "white", "mew": 2.4},
         {"color": INK, "mew": 0.2},

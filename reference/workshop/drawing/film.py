@@ -19,10 +19,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 from tqdm import tqdm
 
+from reference.fire import NoFire
 from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.drawing import web_film
-from reference.workshop.drawing.evacuation import Scene, Tally, tally
+from reference.workshop.drawing.evacuation import INKS, STEPS, Scene, history_of, tally
+from reference.workshop.drawing.page import palette_of
 from reference.workshop.drawing.web_film import seconds_per_frame
 from reference.workshop.measuring.recording import ticks
 from reference.workshop.storage.files import replacing
@@ -76,6 +78,7 @@ def animate(
             return
         first = simulations[0]
         scene = Scene(first.building, len(first.world.bodies), heads)
+        scene.leave_out_of_legend(_names_of_nothing(simulations))
         pace = seconds_per_frame(first) / SPEED_UP
         frames = _frames(scene, simulations, instants, pace)
         if suffix == ".gif":
@@ -109,6 +112,16 @@ def _filmable(runs: Iterable[Simulation]) -> list[Simulation]:
     return listed
 
 
+def _names_of_nothing(runs: Sequence[Simulation]) -> set[str]:
+    """Name what cannot come in any of the runs, as `evacuation.looks` does."""
+    names = set[str]()
+    if not any(run.world.robots for run in runs):
+        names |= {"robot", "destination"}
+    if all(isinstance(run.fire_strategy, NoFire) for run in runs):
+        names |= {"flames", "ash", "burnt door", "fire source"}
+    return names
+
+
 def _instants(runs: Sequence[Simulation], going: Iterable[None]) -> Iterator[bool]:
     """Pause at 0 s, then for every frame, then at the end; yield whether it is that."""
     every = round(seconds_per_frame(runs[0]) / runs[0].tick)
@@ -126,10 +139,11 @@ def _frames(
 ) -> Iterator[Frame]:
     """Paint each instant, to be seen for `pace` seconds, the last one longer."""
     pixels = painter(scene)
-    histories = [list[Tally]() for _ in runs]
+    histories = [history_of(run) for run in runs]
     for over in instants:
         for side, (run, history) in enumerate(zip(runs, histories, strict=True)):
-            history.append(tally(run.world))
+            if run.world.time > history[-1].time:  # it has not ended
+                history.append(tally(run.world))
             scene.show(run.world, history, side)
         yield pixels(), HOLD_SECONDS if over else pace
 
@@ -178,7 +192,7 @@ def _in_few_colours(frames: Iterable[Frame]) -> Iterator[Image.Image]:
         end += seconds
         page = Image.fromarray(pixels).convert("RGB")
         if palette is None:  # the legend shows the colours of later frames, too
-            palette = page.quantize(CLEAR_COLOUR, Image.Quantize.MAXCOVERAGE)
+            palette = palette_of(page, CLEAR_COLOUR, [*INKS.values(), *STEPS])
         image = page.quantize(palette=palette, dither=Image.Dither.NONE)
         image.info["duration"] = 10 * (round(100 * end) - begin)
         yield image

@@ -5,7 +5,7 @@ Importing this module sets matplotlib's style.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from io import BytesIO
 from math import ceil, log
 from pathlib import Path
@@ -15,11 +15,12 @@ import numpy as np
 from matplotlib import style
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_rgb, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import ArrayLike
+from PIL import Image
 
 from reference.building import Building, Kind
 from reference.paper import InputError
@@ -45,6 +46,7 @@ MEANINGS = {
 TEXT = "#23272e"
 FAINT = "#6b7480"
 BLUE = "#1b5e9e"  # of curves
+NEAR_AN_INK = 11  # red, green and blue of 255: Pillow may take one for the other
 
 Style = dict[str, Any]
 """Settings of matplotlib, or how one of its artists looks."""
@@ -93,20 +95,49 @@ def save(figure: Figure, path: str | Path) -> Path:
     return target
 
 
-def sheet(title: str, width: float, height: float, layout: Any = None) -> Picture:
-    """Make a titled figure, in inches, that needs no display."""
+def palette_of(
+    picture: Image.Image, most: int, inks: Iterable[str] = ()
+) -> Image.Image:
+    """Choose colours: white, those of cells, more inks, and some of a picture.
+
+    most: how many of all
+    """
+    names = ["white", *COLOURS.values(), *inks]
+    own = np.unique(np.rint(255 * to_rgba_array(names)[:, :3]), axis=0)
+    few = picture.quantize(most - len(own), Image.Quantize.MAXCOVERAGE)
+    others = np.reshape(few.getpalette() or [], (-1, 3))
+    apart = np.linalg.norm(others[:, None] - own, axis=2).min(axis=1)
+    colours = np.concatenate([own, others[apart > NEAR_AN_INK]])
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours.astype(int).ravel().tolist())
+    return palette
+
+
+def sheet(
+    title: str, width: float, height: float, about: str = "", layout: Any = None
+) -> Picture:
+    """Make a titled figure, in inches, that needs no display.
+
+    about: the end of the title, which stays whole however long the rest is
+    """
     figure = Picture(figsize=(width, height), layout=layout or "constrained")
-    figure.suptitle(shortened(title, int(8 * width)))
+    figure.suptitle(shortened(title, int(8 * width) - len(about)) + about)
     return figure
 
 
 def shortened(words: str, longest: int) -> str:
     """Cut the middle out of long words, such as paths, then the end of all off."""
+    words = of_shorter_words(words, longest)
+    return words if len(words) <= longest else f"{words[: longest - 1]}…"
+
+
+def of_shorter_words(words: str, longest: int) -> str:
+    """Cut the middle out of long words, such as paths, if all is too long."""
     for kept in range(longest // 2, longest // 4, -1):  # letters at each end of a word
         if len(words) > longest:
             end = rf"(\S{{{kept}}})"
             words = re.sub(rf"{end}\S\S+{end}", r"\1…\2", words)
-    return words if len(words) <= longest else f"{words[: longest - 1]}…"
+    return words
 
 
 def legend(figure: Figure, handles: Sequence[Artist], **look: Any) -> None:
@@ -117,10 +148,14 @@ def legend(figure: Figure, handles: Sequence[Artist], **look: Any) -> None:
     figure.set_figheight(figure.get_figheight() + max(0, inches - 1))
 
 
-def swatches(cells: ArrayLike, **more: str) -> list[Artist]:
-    """Make legend entries for kinds that occur among cells, and for more colours."""
+def swatches(cells: ArrayLike, inks: Mapping[Kind, str] = COLOURS) -> list[Artist]:
+    """Make legend entries for kinds that occur among cells."""
     kinds = [kind for kind in MEANINGS if kind in np.asarray(cells)]
-    inks = {MEANINGS[kind]: COLOURS[kind] for kind in kinds} | more
+    return patches({MEANINGS[kind]: inks[kind] for kind in kinds})
+
+
+def patches(inks: Mapping[str, str]) -> list[Artist]:
+    """Make legend entries for colours, by name."""
     return [Patch(fc=ink, ec=FAINT, lw=0.5, label=name) for name, ink in inks.items()]
 
 
@@ -133,14 +168,21 @@ def samples(looks: Mapping[str, Style]) -> list[Artist]:
 
 
 def floor_page(
-    building: Building, title: str, floors: Sequence[int], alpha: float = 1.0
+    building: Building,
+    title: str,
+    floors: Sequence[int],
+    about: str = "",
+    alpha: float = 1.0,
 ) -> tuple[Picture, dict[int, Axes]]:
-    """Make a titled figure with a panel in metres for each of the floors."""
+    """Make a titled figure with a panel in metres for each of the floors.
+
+    about: the end of the title, see `sheet`
+    """
     rows, columns = arranged(building, len(floors))
     down, across = np.multiply((rows, columns), building.kind.shape[1:])
     width = min(12, 6 * across / down) + 0.7
-    height = min(6, 12 * down / across) + 1.5
-    figure = sheet(title, max(width, 9), height, "compressed")
+    height = max(0.9, min(6, 12 * down / across)) + 1.5
+    figure = sheet(title, max(width, 9), height, about, "compressed")
 
     panels = {}
     for place, floor in enumerate(floors, 1):

@@ -67,12 +67,16 @@ def graph(building: Building) -> Figure:
     those of doors, entrances and exits beside each other.  A number in the wall is that
     of the way beside it: by a door, 7 is 1/door-7.
     """
-    title = f"{building.title}: the graph"
-    figure, panels = page.floor_page(building, title, range(building.floors), 0.28)
+    floors = range(building.floors)
+    figure, panels = page.floor_page(
+        building, building.title, floors, ": the graph", alpha=0.28
+    )
     kinds = {a.kind for a in building.areas} | {m.kind for m in building.landmarks}
     nodes = {kind: look for kind, look in NODES.items() if kind in kinds}
     ways = {page.MEANINGS[kind]: look for kind, look in WAYS.items() if kind in kinds}
-    page.legend(figure, page.samples(nodes | ways))
+    numbers = "numbers: of doors, entrances and exits on their floor, as in"
+    look = {"title": f"{numbers} {building.landmarks[-1].id}", "title_fontsize": 9}
+    page.legend(figure, page.samples(nodes | ways), **look)
     figure.draw_without_rendering()
 
     for *sides, key in building.graph.edges(keys=True):
@@ -89,8 +93,8 @@ def graph(building: Building) -> Figure:
     for area in building.areas:
         axes = panels[area.floor]
         axes.plot(*node_of(building, area), **NODES[area.kind])
-        look: Style = {"bbox": _BOX} if area.kind == "room" else {"color": "white"}
-        write_name(axes, building, area, 8.0, look=look)
+        box: Style = {"bbox": _BOX} if area.kind == "room" else {"color": "white"}
+        write_name(axes, building, area, 8.0, look=box)
     for floor, axes in panels.items():
         _write_numbers(axes, building, floor)
     return figure
@@ -212,7 +216,8 @@ def write_in_corner(
     margin = np.array((_MARGIN, -_MARGIN)) / metre
     x, y = np.array(corner) + margin + np.asarray(move)
     place: Style = {"ha": "left", "va": "top", "rotation": 90 if upright else 0}
-    return axes.text(x, y, area.name, size=size, alpha=0.7, zorder=2.5, **place)
+    look: Style = {"size": size, "color": page.FAINT, "zorder": 2.5, **HALO}
+    return axes.text(x, y, area.name, **place, **look)
 
 
 def north_end(area: Area) -> np.ndarray:

@@ -9,6 +9,7 @@ south-west; boxes are painted back to front.
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
@@ -59,8 +60,9 @@ WALKABLE = Look(
 
 def oblique(building: Building) -> Figure:
     """Draw the whole building, its storeys lifted off each other [A8, Fig. 1]."""
-    figure = _storeys(building, f"{building.title}, seen from the south-west", SOLID)
-    page.legend(figure, page.swatches(building.kind))
+    figure = _storeys(building, ", seen from the south-west", SOLID)
+    cells = page.swatches(building.kind, SOLID.inks)
+    page.legend(figure, [*cells, *_links(building)])
     figure.draw_without_rendering()
     for area in building.areas:
         _write_name(figure.axes[0], building, area)
@@ -69,10 +71,10 @@ def oblique(building: Building) -> Figure:
 
 def walkable(building: Building) -> Figure:
     """Draw every walkable cell, storey by storey [A8, Fig. 2] [A7]."""
-    title = f"{building.title}: where one may walk, {building.walkable.sum()} m²"
-    figure = _storeys(building, title, WALKABLE)
+    about = f": where one may walk, {building.walkable.sum()} m²"
+    figure = _storeys(building, about, WALKABLE)
     inks = {"walkable": WALKABLE.inks[Kind.FLOOR], "wall": WALKABLE.inks[Kind.WALL]}
-    page.legend(figure, page.swatches([], **inks))
+    page.legend(figure, [*page.patches(inks), *_links(building)])
     return figure
 
 
@@ -83,7 +85,7 @@ def closeup(building: Building) -> Figure:
     """
     first = {mark.kind: mark for mark in reversed(building.landmarks)}
     kinds = [kind for kind in WAYS if kind in first]
-    figure = page.sheet(f"{building.title}: ways through, up close", 12, 3.8)
+    figure = page.sheet(building.title, 12, 3.8, ": ways through, up close")
     panels = figure.subplots(1, len(kinds), squeeze=False)[0]
     for axes, kind in zip(panels, kinds, strict=True):
         mark = first[kind]
@@ -94,14 +96,24 @@ def closeup(building: Building) -> Figure:
         add_boxes(axes, piece, SOLID)
         look: Style = {"color": COLOURS[kind], "weight": "bold", "loc": "center"}
         axes.set_title(page.MEANINGS[kind], **look)
-    page.legend(figure, page.swatches(building.kind))
+    page.legend(figure, page.swatches(building.kind, SOLID.inks))
     return figure
 
 
-def _storeys(building: Building, title: str, look: Look) -> Figure:
-    """Draw all storeys, joined by dashed lines through their stairwells [A3]."""
+def _links(building: Building) -> list[Artist]:
+    """Make the legend entry of the lines that join storeys, if there are any."""
+    links = {"stairwell, floor to floor": _LINK}
+    return page.samples(links if building.stairwells else {})
+
+
+def _storeys(building: Building, about: str, look: Look) -> Figure:
+    """Draw all storeys, joined by dashed lines through their stairwells [A3].
+
+    about: the end of the title
+    """
     lift = lift_of(building)
-    figure = page.sheet(title, 9, min(2.5 + 2.2 * building.floors, 9))
+    high = min(2.5 + 2.2 * building.floors, 9)
+    figure = page.sheet(building.title, 9, high, about)
     axes = figure.subplots()
 
     for floor in range(building.floors):

@@ -89,13 +89,18 @@ def _mark_points(
 
 
 def contours(
-    ruler: Ruler, cells: Sequence[Cell], baseline: str = "the baseline"
+    ruler: Ruler,
+    cells: Sequence[Cell],
+    baseline: str = "the baseline",
+    caption: str = "",
 ) -> Figure:
     """Draw E over R and h, the line E = 1, and each match as a point [F9] [F10].
 
     Colours tell robots, as in every picture, with a dark edge where others before have
     the same; shapes tell fires.
     Matches that lie off the ruler are left out.
+
+    caption: where, and what means and intervals are over
     """
     shown = [cell for cell in cells if cell.score]
     figure = sheet("The score E by reward and difficulty", 11, 7.5)
@@ -127,7 +132,8 @@ def contours(
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
     figure.colorbar(shades, pad=0.02, label="score E")
     handles, _ = axes.get_legend_handles_labels()
-    legend(figure, handles, ncols=4, fontsize=8)
+    words = fill(caption, 140)
+    legend(figure, handles, ncols=4, fontsize=8, title=words, title_fontsize=8)
     return figure
 
 

@@ -91,7 +91,8 @@ def _page(
     columns = 1 + len(GRID_KINDS)
     widths, high = _plan_and_grids(building.kind.shape[1:], cells.shape[1:])
     height = (high + _TITLE_HIGH) * floors + _TABLE_HIGH
-    figure = page.sheet(f"{building.title}: what {agent} sees", _WIDE, height + 0.6)
+    about = f": what {agent} sees"
+    figure = page.sheet(building.title, _WIDE, height + 0.6, about)
     look: Style = {"height_ratios": [high + _TITLE_HIGH] * floors + [_TABLE_HIGH]}
     look |= {"width_ratios": widths}
     spec = figure.add_gridspec(floors + 1, columns, **look)
@@ -104,7 +105,7 @@ def _page(
     below = figure.add_subplot(spec[-1, :])
     _write_table(below, number_table(vector, layout.blocks.values()))
     marks = page.samples({name: _LOOKS[name] for name in points})
-    handles = [*marks, *page.swatches([], **_INKS)]
+    handles = [*marks, *page.patches(_INKS)]
     below.legend(handles=handles, loc="upper right", ncols=2)
     return figure
 

@@ -3,6 +3,7 @@
 
 const STATES = ["follower", "leader", "out", "died here", "robot"]
 const [FOLLOWER, LEADER, OUT, DEAD, ROBOT] = STATES.keys()
+const DONE = -2 // what a robot says whose work is done
 const [across, down] = film.size, root = document.documentElement
 const all = (what, within = document) => [...within.querySelectorAll(what)]
 const [button, slider, told, speed] = all("footer button, footer input, output, select")
@@ -80,6 +81,8 @@ function put(context, name, x, y, size, colour) {
   context.restore()
 }
 const colour = health => film.health[Math.ceil(health / 100 * film.health.length) - 1]
+const steps = film.health.map((ink, k, { length }) => // of the scale
+  `${ink} ${100 * k / length}% ${100 * (k + 1) / length}%`)
 function line(context, way, colour, width) {
   context.beginPath()
   way.forEach(({ x, y }) => context.lineTo(x * metre / 10, y * metre / 10))
@@ -188,6 +191,11 @@ function chart(run, t) {
   all(".status b", run.article).forEach((b, j) => { b.textContent = told[j] })
   all(".verdict", run.article)[0].classList.toggle("over", t >= end)
 }
+function words(robot) { // what it says
+  if (robot.says == DONE) return ", its work is done"
+  if (robot.toX < 0) return "" // it goes nowhere yet
+  return `, says “${robot.says < 0 ? "follow me" : "go to " + film.marks[robot.says].name}”`
+}
 function facts(run, t) {
   const one = run.frames[frame(run, t)][run.chosen]
   if (!one) return taps.matches ? "Tap a person or a robot to know more." :
@@ -197,8 +205,7 @@ function facts(run, t) {
   const where = `${called(one.i)}, floor ${one.floor + 1}`, leads = led ? `, leads ${led}` : ""
   const health = `health ${one.health} of 100`, t0 = since(run, one.i, one.state)
   const ago = `${t0 > begin ? "after" : "by"} ${Math.round(t0)} s`
-  if (one.state == ROBOT) return where + leads +
-    `, says “${one.says < 0 ? "follow me" : "go to " + film.marks[one.says].name}”`
+  if (one.state == ROBOT) return where + leads + words(one)
   if (one.state == OUT) return `${called(one.i)}: got out ${ago}, ${health}`
   if (one.state == DEAD) return `${where}: died ${ago}`
   const does = one.stairwell >= 0 ? "on the stairs" : one.state == LEADER ? "a leader" :
@@ -223,7 +230,7 @@ function legend() { // of what occurs in this film
     aside.append(entry)
   }
   aside.insertAdjacentHTML("beforeend", `<span>health: 0 <i style="width: 90px;
-    background: linear-gradient(90deg, ${film.health})"></i> 100</span>
+    background: linear-gradient(90deg, ${steps})"></i> 100</span>
     <span>faint line: walked in ${film.trail} s</span>${
     is(ROBOT) ? "<span>number: so many robots on one spot</span>" : ""}<span>at the slider:
     <i class="source"></i> fire source, <i class="ink"></i> death${

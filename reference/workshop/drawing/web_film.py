@@ -28,10 +28,15 @@ FRAME = 0.6  # simulated seconds
 TEMPLATE = Path(__file__).with_name("web_film.html")
 CLASSES = {kind: kind.name.lower() for kind in Kind}  # of cells, on the page
 NEVER = -1
+DONE = -2  # what a robot says whose work is done [C8]
 LARGEST_NAME = 2.5  # metres, of a room's; the player writes none higher than 15 pixels
 ROBOT = len(Fate) + 1  # a state; a human's is its mode while inside, 2 out, 3 dead
 BODY = "x y floor health state stairwell leader says toX toY"
-"""What a frame tells of a body: whole numbers, -1 for nothing; places in decimetres."""
+"""What a frame tells of a body: whole numbers, -1 for nothing; places in decimetres.
+
+A robot says -1 for "follow me", or DONE, or a landmark; nothing as long as it goes to
+nowhere.
+"""
 
 
 def write_web_film(
@@ -167,7 +172,9 @@ class Reel:
             row[2] = robot.floor
             row[3] = paper.HEALTH
             row[4] = ROBOT
-            if robot.active and robot.destination is not None:
+            if not robot.active:
+                row[7] = DONE
+            elif robot.destination is not None:
                 row[7] = robot.says
                 row[8:] = self._spots(robot.destination)
         self.bodies.append(now)

@@ -30,16 +30,16 @@ def tasks_of(folders: Mapping[str, Path]) -> dict[str, Task]:
 
 
 def differences(tasks: Mapping[str, Task]) -> str:
-    """Say in a line what differs: "head: floor, mixture; seed: 1, 2"; "" for nothing.
+    """Say in a line what differs: "head: floor | mixture; seed: 1 | 2"; "" for nothing.
 
-    The values stand in the order of the trainings.
+    The values stand in the order of the trainings; one may have commas in it.
     """
     settings = [settings_of(task) for task in tasks.values()]
     told = []
     for name in dict.fromkeys(name for each in settings for name in each):
         values = [each.get(name) for each in settings]
         if any(value != values[0] for value in values):
-            told.append(f"{name}: {', '.join(map(_in_words, values))}")
+            told.append(f"{name}: {' | '.join(map(_in_words, values))}")
     if len(told) > MOST_TOLD:
         told[MOST_TOLD:] = [f"and {len(told) - MOST_TOLD} more"]
     return "; ".join(told)
