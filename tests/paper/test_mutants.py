@@ -22,6 +22,9 @@ A1 paper
 A2 building
   - [a-z][a-z0-9]*|[A-D]
   + [a-z]+|[A-D]
+A2 building
+  - width=min([len(cells), *beside.values()])
+  + width=len(cells)
 A3 building
   - return floor in self.areas and floor > self.lowest
   + return floor in self.areas
@@ -29,8 +32,8 @@ A3 building
   - (here.kind == "room") == mark.leads_out
   + here.kind == "room"
 A3 building
-  - found = entrances if "stairwell" in kinds else doors
-  + found = doors
+  - kind = Kind.ENTRANCE if "stairwell" in kinds else Kind.DOOR
+  + kind = Kind.DOOR
 A3 walking
   - bodies.stairs_until[i] +=
   + bodies.stairs_until[i] += 2 *
