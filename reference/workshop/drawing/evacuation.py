@@ -222,7 +222,7 @@ class EvacuationPanel:
             crowd |= {"marker": look["marker"], "s": look["ms"] ** 2}
             self.people[mode] = axes.scatter([], [], **crowd)
         self.marks = {
-            name: axes.plot([], [], clip_on=False, **look)[0]
+            name: axes.plot([], [], clip_on=False, in_layout=False, **look)[0]
             for name, look in own.items()
         }
         scale = axes.figure.dpi_scale_trans
