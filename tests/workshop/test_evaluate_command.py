@@ -169,7 +169,9 @@ def test_what_was_played_is_told_though_no_picture_can_be_written(command, capsy
         assert main([*command.split(), "--episodes=1"]) == 1
     said = capsys.readouterr()
     assert "sweep" in said.out
-    assert "cannot be written" in said.err.splitlines()[-1]
+    assert "cannot be written" in said.err
+    resume = "python -m reference evaluate --workers 0 --resume --out eval\n"
+    assert said.err.endswith(resume) == ("--out" in command)
 
 
 @pytest.mark.parametrize("seen", [True, False])
@@ -217,5 +219,5 @@ def test_who_stops_is_told_how_to_go_on(monkeypatch, capsys):
     assert main(f"{SMALL} --out eval --baseline sweep".split()) == 130
     again = capsys.readouterr().err.splitlines()[-1]
     assert again.split()[3:] == [
-        "evaluate", "--baseline", "sweep", "--resume", "--out", "eval"
+        "evaluate", "--baseline", "sweep", "--workers", "0", "--resume", "--out", "eval"
     ]  # fmt: skip
