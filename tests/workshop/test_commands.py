@@ -819,7 +819,7 @@ def test_a_mistake_of_our_own_is_not_told_as_the_users(monkeypatch):
     def mistaken(name):
         raise ValueError("operands could not be broadcast together")
 
-    monkeypatch.setattr("reference.workshop.commands.building.load", mistaken)
+    monkeypatch.setattr("reference.workshop.commands.building.build", mistaken)
     with pytest.raises(ValueError, match="broadcast"):
         main(["check", "tiny"])
 

@@ -94,9 +94,9 @@ class Trained(ABC):
         counted = len(world.bodies) == people and len(world.robots) in (robots, 0)
         if not same or not counted:
             raise InputError(
-                f"{self.title or self.name}: it learned in {building.title}, with "
-                f"{people} people and {robots} robots. Play there; in code, take what "
-                "its `playing_in(building, scenario)` returns."
+                f"{self.title or self.name}: this policy plays in {building.title}, "
+                f"with {people} people and {robots} robots. Play there; in code, take "
+                "what its `playing_in(building, scenario)` returns."
             )
 
     @abstractmethod
