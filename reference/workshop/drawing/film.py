@@ -117,7 +117,7 @@ def _names_of_nothing(runs: Sequence[Simulation]) -> set[str]:
     names = set[str]()
     if not any(run.world.robots for run in runs):
         names |= {"robot", "destination"}
-    if all(isinstance(run.fire_strategy, NoFire) for run in runs):
+    if all(type(run.fire_strategy) is NoFire for run in runs):
         names |= {"flames", "ash", "burnt door", "fire source"}
     return names
 
