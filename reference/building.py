@@ -71,7 +71,7 @@ class Landmark:
     floor: int
     cells: np.ndarray
     position: tuple[float, float]
-    width: int  # metres, on its narrowest side
+    width: int  # metres, on its narrower side
     sides: tuple[str, ...]  # ids of the areas beside it, and OUTSIDE of an exit
     stairwell: int  # index of the one it leads into, -1 for none
     leads_out: bool  # is it an exit, or an entrance to stairs that go down?
@@ -253,7 +253,7 @@ class Building:
                         floor=floor,
                         cells=cells,
                         position=self._middle(cells),
-                        width=min([len(cells), *beside.values()]),
+                        width=self._width(floor, cells),
                         sides=tuple(sides),
                         stairwell=well,
                         leads_out=leads_out,
@@ -275,16 +275,25 @@ class Building:
             found[kind].append(cells)
         return found
 
-    def _areas_beside(self, floor: int, cells: np.ndarray) -> dict[Area, int]:
-        """The areas that share a side with these cells, each with how many of its own.
-
-        In a thick wall cells of one door stand behind each other.
-        """
+    def _areas_beside(self, floor: int, cells: np.ndarray) -> list[Area]:
+        """The areas that share a side with any of these cells, in reading order."""
         mask = np.zeros_like(self.signs[floor], dtype=bool)
         mask[*cells.T] = True
-        around = self.area[floor, ndimage.binary_dilation(mask)]
-        counts = np.bincount(around[around >= 0]).tolist()
-        return {self.areas[i]: count for i, count in enumerate(counts) if count}
+        around = ndimage.binary_dilation(mask)
+        beside = np.unique(self.area[floor, around]).tolist()
+        return [self.areas[index] for index in beside if index >= 0]
+
+    def _width(self, floor: int, cells: np.ndarray) -> int:
+        """Count the cells with an area on one side; in a thick wall others are behind.
+
+        On the narrower of two opposite sides; an exit has an area on one of them.
+        """
+        areas = self.area[floor] >= 0
+        widths = []
+        for axis in (0, 1):
+            here, there = (np.roll(areas, k, axis)[*cells.T].sum() for k in (1, -1))
+            widths.append(min(here, there) or max(here, there))
+        return int(max(widths))
 
     def _find_stairwells(self, shafts: dict[str, list[Area]]) -> tuple[Stairwell, ...]:
         """Join each stairwell's storeys and the entrances that lead into them."""

@@ -113,6 +113,23 @@ floor 1: ground
 
 
 @pytest.mark.paper("A2")
+def test_a_wall_that_ends_at_a_door_takes_its_width_from_one_side_only():
+    """Two rooms behind an exit share it; a door is as wide as its narrower side."""
+    shared = """building: Shared
+size: 9 x 6
+floor 1: ground
+#########
+#.......#
+##+++++##
+#.....#.#
+#.....#.#
+#EEEEEEE#"""
+    door, exit_ = load(shared).landmarks
+    assert (len(door.cells), door.width) == (5, 4)
+    assert (len(exit_.cells), exit_.width) == (7, 6)
+
+
+@pytest.mark.paper("A2")
 def test_two_doors_that_only_share_a_corner_are_two():
     """Each joins the same two rooms."""
     one, other = built(TWO_DOORS).landmarks[:2]

@@ -23,8 +23,14 @@ A2 building
   - [a-z][a-z0-9]*|[A-D]
   + [a-z]+|[A-D]
 A2 building
-  - width=min([len(cells), *beside.values()])
+  - width=self._width(floor, cells)
   + width=len(cells)
+A2 building
+  - min(here, there) or max(here, there)
+  + max(here, there)
+A2 building
+  - min(here, there) or max(here, there)
+  + min(here, there)
 A3 building
   - return floor in self.areas and floor > self.lowest
   + return floor in self.areas

@@ -375,7 +375,14 @@ def test_every_hint_obeyed_leaves_fewer_mistakes(path):
 
 @pytest.mark.parametrize(
     "heading",
-    ["floor 2 upstairs", "floor two: upstairs", "floor 2 - upstairs", "flor: upstairs"],
+    [
+        "floor 2 upstairs",
+        "floor two: upstairs",
+        "floor 2 - upstairs",
+        "flor: upstairs",
+        "2nd floor: upstairs",
+        "flo+r 2: upstairs",
+    ],
 )
 def test_a_heading_keeps_its_name_and_nothing_else(heading):
     """Neither its number, nor a word for that, nor what stands between."""

@@ -44,13 +44,9 @@ VIEW_HELP = (
 )
 LOOK_SECONDS = 0.3  # seconds between two looks at a watched file
 WATCH = options.flag("--watch", "again each time the file is saved; Ctrl-C ends")
-
-
 FIX = options.flag(
     "--fix", "write what the hints say as a new map, and what was changed; FILE stays"
 )
-
-
 CHECK_JSON = options.json(
     "file, title, floors, rooms, doors, exits, stairwells; or file and mistakes; with "
     "--fix written and changes, too"
@@ -128,20 +124,21 @@ def _fix(arguments: Namespace) -> None:
             page = InputError(f"{repair.left}\n{NOTHING_WRITTEN}")
             raise _with_next(page, "check", arguments.file, "--watch")
         text, facts = _counted(path)
-        print_report(arguments, {**facts, "written": None, "changes": []}, text)
+        facts = {"file": arguments.file, **facts, "written": None, "changes": []}
+        print_report(arguments, facts, text)
         print_note("nothing to fix: no file is written")
         return
 
     new = write_new(path, repair.text)
     changes = [_listed(mistakes) for mistakes in repair.rounds]
-    facts = {"written": str(new), "changes": changes}
+    facts = {"file": arguments.file, "written": str(new), "changes": changes}
     if repair.left:
         facts["mistakes"] = _listed(repair.left.mistakes)
         print_report(arguments, facts, f"written: {new}\n{_told(repair)}")
         left = MistakesError(str(new), repair.left.mistakes)
         raise _with_next(left, "check", new, "--watch")
     text, counts = _counted(new)
-    print_report(arguments, counts | facts, f"written: {new}\n{_told(repair)}\n{text}")
+    print_report(arguments, facts | counts, f"written: {new}\n{_told(repair)}\n{text}")
     _say_next(new)
 
 

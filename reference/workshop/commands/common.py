@@ -153,7 +153,7 @@ def run_in_folder(
     except BrokenExecutor as error:
         raise InputError(
             "a worker has died, perhaps for want of memory: take fewer. "
-            + advice(("--workers", arguments.workers // 2))
+            + advice(same if address else ("--workers", arguments.workers // 2))
         ) from error
     except OSError as error:
         worded = error.strerror is None  # what could not be written, and why

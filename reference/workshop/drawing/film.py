@@ -117,7 +117,9 @@ def _names_of_nothing(runs: Sequence[Simulation]) -> set[str]:
     names = set[str]()
     if not any(run.world.robots for run in runs):
         names |= {"robot", "destination"}
-    if all(type(run.fire_strategy) is NoFire for run in runs):
+    fires = [run.fire_strategy for run in runs]
+    burning = any(run.world.flames.sources for run in runs)
+    if not burning and all(type(f) is NoFire and not vars(f) for f in fires):
         names |= {"flames", "ash", "burnt door", "fire source"}
     return names
 

@@ -186,11 +186,11 @@ def _gates(building: Building, floor: Floor) -> Iterator[Mistake]:
         elif wrong:
             sign = _instead(building, gate, wrong)
             edits = floor.typed(sign, gate.cells)
-            kind = f"{wrong}-wall" if (wrong, sign) in _WALLS_FIRST else wrong
+            kind = f"{wrong}-plain" if (wrong, sign) in _PLAIN_FIRST else wrong
             yield floor.mistake(kind, gate.cells[0], edits=edits, plain=sign)
 
 
-_WALLS_FIRST = [("door-outside", "#"), ("exit-indoors", "#"), ("exit-indoors", ".")]
+_PLAIN_FIRST = [("door-outside", "#"), ("exit-indoors", "#"), ("exit-indoors", ".")]
 
 
 def _gap_beside(gate: Landmark, parts: np.ndarray, gaps: Gaps) -> Any:
@@ -717,8 +717,7 @@ def notes_on(building: Building, page: Page) -> list[Note]:
     notes = [*_short_rows(page)]
     what = "two rooms touch at this corner; nobody passes there. Draw a wall, or a door"
     for floor in page.floors:
-        for corner in touching(building, floor.index):
-            row, column = corner.cell
+        for row, column in touching(building, floor.index):
             notes.append(Note(floor.rows[row].number, column + 1, f"{what}."))
     return sorted(notes)
 
@@ -739,22 +738,15 @@ def _short_rows(page: Page) -> Iterator[Note]:
                 yield Note(row.number, columns, f"{what}: is a sign missing?")
 
 
-class Corner(NamedTuple):
-    """Two rooms that touch at a corner, and the first cell there."""
+def touching(building: Building, floor: int) -> list[tuple[int, int]]:
+    """Find where rooms touch at a corner only: people see through, but cannot pass.
 
-    rooms: frozenset[str]
-    cell: tuple[int, int]
-
-
-def touching(building: Building, floor: int) -> list[Corner]:
-    """Find rooms of a floor that touch at a corner only: people see, but cannot pass.
-
-    Each pair once.
+    Of each two rooms of a floor the first cell there, as row and column.
     """
     area = building.area[floor]
     kind = building.kind[floor]
     last = area.shape[1] - 1
-    corners: dict[frozenset[str], Corner] = {}
+    corners: dict[frozenset[int], tuple[int, int]] = {}
     found = [
         *_across(area, kind),
         *(
@@ -763,8 +755,7 @@ def touching(building: Building, floor: int) -> list[Corner]:
         ),
     ]
     for one, other, row, column in sorted(found, key=itemgetter(2, 3)):
-        rooms = frozenset(building.areas[index].id for index in (one, other))
-        corners.setdefault(rooms, Corner(rooms, (row, column)))
+        corners.setdefault(frozenset((one, other)), (row, column))
     return [*corners.values()]
 
 

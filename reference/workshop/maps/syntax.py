@@ -317,6 +317,7 @@ def _heading(page: Page, floor: Floor, follows: int, *, draws: bool) -> Mistake:
     if kind == "heading-floor":  # its number, or a word for one
         key = r"\w+(?:\s+\w+|\s*[\d-]+)?\s*:|\w+\s*[\d-]*"
     words = re.sub(rf"^\W*({key})\s*:?", "", line.code).strip(" :.-")
+    words = words.rpartition(":")[2].strip()
     facts = {"floor": follows, "above": follows + 1, **page.drawn}
     new = {
         "heading-building": f"building: {words or 'NAME'}",
@@ -324,7 +325,8 @@ def _heading(page: Page, floor: Floor, follows: int, *, draws: bool) -> Mistake:
         "heading-floor": f"floor {follows}: {words}".rstrip(),
     }.get(kind, f"; {line.written}")
     if kind == "heading-drawing":
-        new = f"floor {follows}: {line.code.strip(' :')}"
+        name = line.code.strip(" :").rpartition(":")[2].strip()
+        new = f"floor {follows}: {name}"
     return line.mistake(kind, edits=[line.typed(new)], **facts)
 
 
@@ -609,6 +611,8 @@ def _rows_outside(floor: Floor, whole: Sequence[str]) -> Mistake | None:
     stairs = [re.sub("[^A-D]", " ", row).rstrip() for row in whole]
     mine = [re.sub("[^A-D]", " ", row.code).rstrip() for row in rows]
     above = [k for k in range(lost + 1) if stairs[k : k + len(mine)] == mine]
+    if not above:  # what is lost stood in the middle
+        return rows[0].mistake("rows-missing", lost=lost, **facts)
     if alike or len(above) != 1:
         return rows[0].mistake("rows-outside", **facts)
     facts["above"] = above[0]

@@ -223,7 +223,7 @@ class Table:
 
     def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
         """Add rows at the end, on disk. Raises OSError with a message for people."""
-        advice = "A row that is cut is left out. Make room, and go on with --resume."
+        advice = "A row that is cut is left out. Make room."
         with _reworded_errors(self.path, advice), self.path.open("ab") as file:
             file.write(self._text(rows))
             file.flush()
