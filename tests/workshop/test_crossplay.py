@@ -139,11 +139,11 @@ def test_who_is_not_asked_for_keeps_the_runs_that_are_there(small, monkeypatch, 
 
 
 def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small):
-    """What was written of the new one is not read; the message says how to go on."""
+    """What was written of the new one is not read; the message says what helps."""
     path = Path("runs.csv")
     row = runs.row_of(small[0])
     written = runs.table_of(path, small[:1])
-    told = r"written .* go on with --resume"
+    told = r"written .* Make room"
     with room_for(path.stat().st_size + 10), pytest.raises(OSError, match=told):
         written.append([row])
     assert runs.read_runs(path, begin_evaluation(**SMALL)) == small[:1]
