@@ -40,7 +40,7 @@ from reference.workshop.training.presets import Settings
 KIND = "checkpoint of fire-rescue-reference"
 ARCHIVE = b"PK\3\4"
 """How a zip begins that has something in it."""
-MOST_CLAIMED = 10
+MOST_CLAIMED = 2
 """Times the bytes of a file: names that recur in it are kept once."""
 FORMAT = 9
 """Grows whenever settings, observations, actions or networks mean something else."""
@@ -206,9 +206,9 @@ def load_checkpoint(path: str | Path) -> Checkpoint:
     """
     path = checkpoint_file(path)
     advice = "Name another."
-    *_, older, newest = None, None, *checkpoints_in(path.parent)
-    if older and path == newest:
-        advice = f"Delete it, and {older.name} is the newest."
+    kept = checkpoints_in(path.parent)
+    if len(kept) > 1 and path == kept[-1]:
+        advice = f"Delete it, and {kept[-2].name} is the newest."
     content = _content(path, advice)
     # Before anything else is read: what follows may mean something else there.
     made = content.get("format")
