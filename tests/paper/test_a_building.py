@@ -97,25 +97,14 @@ def test_adjacent_cells_are_one_landmark_as_wide_as_they_are_many(house):
     assert (house.landmark[0, 2:4, 7] == door.index).all()
 
 
-@pytest.mark.paper("A2")
-def test_a_door_in_a_thick_wall_is_no_wider_for_its_depth():
-    """Two cells behind each other are one metre; so it is with an exit."""
-    thick = """building: Thick
+THICK = """building: Thick
 size: 12 x 4
 floor 1: ground
 ############
 #...++....EE
 #...++....##
 ############"""
-    door, exit_ = load(thick).landmarks
-    assert (len(door.cells), door.width) == (4, 2)
-    assert (len(exit_.cells), exit_.width) == (2, 1)
-
-
-@pytest.mark.paper("A2")
-def test_a_wall_that_ends_at_a_door_takes_its_width_from_one_side_only():
-    """Two rooms behind an exit share it; a door is as wide as its narrower side."""
-    shared = """building: Shared
+SHARED = """building: Shared
 size: 9 x 6
 floor 1: ground
 #########
@@ -124,9 +113,16 @@ floor 1: ground
 #.....#.#
 #.....#.#
 #EEEEEEE#"""
-    door, exit_ = load(shared).landmarks
-    assert (len(door.cells), door.width) == (5, 4)
-    assert (len(exit_.cells), exit_.width) == (7, 6)
+
+
+@pytest.mark.paper("A2")
+@pytest.mark.parametrize(
+    ("drawn", "door", "exit_"), [(THICK, (4, 2), (2, 1)), (SHARED, (5, 4), (7, 6))]
+)
+def test_a_passage_is_as_wide_as_the_narrower_of_its_sides(drawn, door, exit_):
+    """Cells behind each other in a thick wall add nothing; two rooms behind do."""
+    marks = load(drawn).landmarks
+    assert [(len(mark.cells), mark.width) for mark in marks] == [door, exit_]
 
 
 @pytest.mark.paper("A2")

@@ -109,9 +109,9 @@ def _words_behind(page: Page) -> Iterator[Mistake]:
     """Find words behind a row, apart from it, beyond the width that the file says."""
     width = page.size[0] if page.settings["size"] else 0
     for row in page.rows if width else []:
-        start = width + len(row.code[width:]) - len(row.code[width:].lstrip())
-        behind = row.code[start:]
-        is_apart = row.code[start - 1 : start].isspace() and bool(row.code[:width])
+        behind = row.code[width:].lstrip()
+        start = len(row.code) - len(behind)
+        is_apart = row.code[start - 1 : start].isspace()
         if is_apart and re.search("[A-Za-z]", behind) and not _DRAWN.search(behind):
             edits = [row.typed("; ", start, start)]
             yield row.mistake("words-behind", start + 1, edits=edits)
