@@ -337,6 +337,13 @@ def test_stopped_on_a_cluster_it_says_who_goes_on_and_how(monkeypatch, tmp_path)
 # -- The command --------------------------------------------------------------------
 
 
+def test_a_cluster_brings_its_own_workers(capsys, tmp_path):
+    """A number of them would be asked for in vain, so it is refused."""
+    assert main([*TINY, str(tmp_path / "out"), "--cluster", "tcp://127.0.0.1:9"]) == 1
+    assert "leave --workers out" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """The tiny experiment, made by the command: its folder, and what is printed."""

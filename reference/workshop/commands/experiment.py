@@ -32,6 +32,8 @@ def experiment(arguments: Namespace) -> None:
     """Trains all variants in a file, tests them, and writes a page about it."""
     from reference.workshop.comparing import design, jobs, report
 
+    if arguments.cluster and arguments.workers != options.CORES:
+        raise InputError("--cluster brings its own workers: leave --workers out")
     folder = arguments.out or Path("out") / arguments.file.stem
     if arguments.resume:
         jobs.refuse_other_work(folder)
