@@ -5,6 +5,8 @@ Both figures are measured on the buffer, just before an update.
     N  episodes;  g  an episode's part of the policy's gradient;  Σ  its covariance
 """
 
+from dataclasses import dataclass
+
 import torch
 from torch import Tensor
 
@@ -20,30 +22,65 @@ def measure_signal(learner: Learner) -> Summary:
     live = buffer.alive
     values = buffer.values[live]
     returns = buffer.returns[live]
+    gradients = _gradients(learner, buffer)
     measured = {
-        SIGNAL: _signal_to_noise(learner, buffer),
+        SIGNAL: gradients.signal_to_noise(gradients.episodes),
         EXPLAINED: 1 - (returns - values).var() / returns.var(),
     }
     return {name: float(x) for name, x in measured.items() if x.isfinite()}
 
 
-def _signal_to_noise(learner: Learner, buffer: Decisions) -> Tensor:
-    """|E g|² / (tr Σ / N): the gradient without its noise, and the noise [E3, chosen].
+@dataclass
+class Gradients:
+    """Sums over N episodes of the policy's gradients g: enough for signal and noise.
 
-    N over the "simple noise scale" tr Σ / |E g|² of McCandlish et al. (2018). An
-    episode is the sample, not a decision: those of one share their luck. With S the
-    unbiased trace, |mean g|² − S / N estimates |E g|² without bias. Below 1 the noise
-    of an update is larger than what it follows.
+    Those of several buffers may be added; the policy must be the same.
     """
+
+    episodes: int
+    totals: list[Tensor]
+    """Σ g, for each weight."""
+    squares: Tensor
+    """Σ |g|², of all weights."""
+
+    def __add__(self, others: "Gradients") -> "Gradients":
+        """Both together."""
+        return Gradients(
+            self.episodes + others.episodes,
+            [a + b for a, b in zip(self.totals, others.totals, strict=True)],
+            self.squares + others.squares,
+        )
+
+    def signal_to_noise(self, episodes: int) -> Tensor:
+        """|E g|² / (tr Σ / episodes): the gradient without its noise, and the noise.
+
+        [E3, chosen] episodes over the "simple noise scale" tr Σ / |E g|² of McCandlish
+        et al. (2018). An episode is the sample, not a decision: those of one share
+        their luck. With S the unbiased trace, |mean g|² − S / N estimates |E g|²
+        without bias. Below 1 the noise of an update is larger than what it follows.
+
+        episodes: of the update; NaN where N is 1, since one episode tells no variance
+        """
+        N = self.episodes
+        if N < 2:
+            return torch.full((), torch.nan)
+        whole = torch.stack([g.square().sum() for g in self.totals]).sum()
+        S = (self.squares - whole / N) / (N - 1)  # whole: N² |mean g|²
+        # both N times as large: |mean g|², and the noise S that it contains
+        return ((whole / N) / S - 1) * (episodes / N)
+
+
+def measure_gradients(learner: Learner) -> Gradients:
+    """Measure the gradients of the episodes that wait in the buffer."""
+    return _gradients(learner, learner.joined(learner.buffer))
+
+
+def _gradients(learner: Learner, buffer: Decisions) -> Gradients:
+    """Sum the gradients of a joined buffer, whose advantages are normalised here."""
     live = buffer.alive
     buffer.advantages[live] = normalised(buffer.advantages[live])
-    N = len(learner.buffer)
-    if N < 2:
-        return torch.full((), torch.nan)  # one episode tells no variance
-
-    # sums over episodes: of g, for each weight, and of |g|²
     weights = list(learner.actor.parameters())
-    sums = [torch.zeros_like(weight) for weight in weights]
+    totals = [torch.zeros_like(weight) for weight in weights]
     squares = torch.zeros(())
     rows = torch.arange(len(buffer)).split([len(part) for part in learner.buffer])
     for which in rows:
@@ -52,14 +89,10 @@ def _signal_to_noise(learner: Learner, buffer: Decisions) -> Tensor:
             continue
         loss = _summed_loss(learner, episode)
         gradient = torch.autograd.grad(loss, weights)
-        for total, g in zip(sums, gradient, strict=True):
+        for total, g in zip(totals, gradient, strict=True):
             total += g
             squares += g.square().sum()
-
-    whole = torch.stack([total.square().sum() for total in sums]).sum()  # N² |mean g|²
-    S = (squares - whole / N) / (N - 1)
-    # both N times as large: |mean g|², and the noise S that it contains
-    return (whole / N) / S - 1
+    return Gradients(len(rows), totals, squares)
 
 
 def _summed_loss(learner: Learner, episode: Decisions) -> Tensor:
