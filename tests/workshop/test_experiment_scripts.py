@@ -5,7 +5,9 @@ from pathlib import Path
 from subprocess import PIPE
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+import torch
 from conftest import ROOT
 from pages import overlaps
 from processes import ended, python
@@ -27,6 +29,7 @@ from reference.workshop.training.checkpoints import (
     save_checkpoint,
 )
 from reference.workshop.training.families import Family
+from reference.workshop.training.gradient import Gradients
 from reference.workshop.training.mlagents import with_trainer_file
 from reference.workshop.training.presets import preset
 from reference.workshop.training.rounds import Training
@@ -293,7 +296,7 @@ def kept(training):
     return path.parent
 
 
-@pytest.mark.parametrize("name", ["by_age", "tenths", "signal_by_lambda"])
+@pytest.mark.parametrize("name", ["by_age", "tenths", "signal_to_noise"])
 def test_robots_that_do_not_learn_have_no_age_and_no_signal(script, monkeypatch, name):
     """It is said in words."""
     folder = kept(begun(fixed={"robots": ("escort",)}))
@@ -353,20 +356,39 @@ def test_a_single_checkpoint_is_the_only_age(script, monkeypatch):
 def test_the_signal_of_every_lambda_is_that_of_the_same_network(script, monkeypatch):
     """It is measured, not changed: nor are its normalisers."""
     folder = kept(begun(fixed={"fire": ("none",)}))
-    measuring = script("signal_by_lambda")
+    measuring = script("signal_to_noise")
     seen = []
 
     def note(learner):
         seen.append({k: x.clone() for k, x in learner.actor.state_dict().items()})
-        return {}
+        return Gradients(1, [torch.zeros(1)], torch.zeros(()))
 
-    monkeypatch.setattr(measuring, "measure_signal", note)
-    asked = ["--fire", "none", "--episodes", "1", "--workers", "0"]
+    monkeypatch.setattr(measuring, "measure_gradients", note)
+    asked = ["--fire", "none", "--rounds", "2", "--episodes", "1", "--workers", "0"]
+    asked += ["--lambdas", *map(str, measuring.LAMBDAS)]
     monkeypatch.setattr("sys.argv", ["", str(folder), *asked])
     measuring.main()
     before = load_checkpoint(folder).learners["robots"]["actor"]
-    assert len(seen) == len(measuring.LAMBDAS)
+    assert len(seen) == 2 * len(measuring.LAMBDAS)
     assert all(equal(state, before) for state in seen)
+
+
+def test_rounds_together_tell_the_signal_that_one_large_round_does(script):
+    """And the jackknife's error is near what many such estimates differ by."""
+    measuring = script("signal_to_noise")
+    generator = torch.Generator().manual_seed(0)
+
+    def of_round(count):
+        g = 0.2 + torch.randn(count, 50, generator=generator)
+        return Gradients(count, [g.sum(dim=0)], g.square().sum())
+
+    # |E g|² is 50 times 0.04, and the trace 50: a ratio of 0.04 an episode
+    made = [
+        measuring.estimate([of_round(40) for _ in range(10)], 100) for _ in range(60)
+    ]
+    estimates, errors = map(np.array, zip(*made, strict=True))
+    assert estimates.mean() == pytest.approx(4, rel=0.05)
+    assert np.sqrt((errors**2).mean()) == pytest.approx(estimates.std(), rel=0.25)
 
 
 @pytest.mark.slow
@@ -376,11 +398,12 @@ def test_robots_of_many_buildings_have_a_signal_in_one(capsys, script, monkeypat
     family = Family(widths=(15, 18), heights=(10, 12), floors=(1, 2), people=(3, 9))
     task = Task("some", "", settings, fixed={"fire": ("none",)}, family=family)
     folder = kept(Training(task))
-    asked = ["", str(folder), "--fire", "none", "--episodes", "2", "--workers"]
+    asked = ["", str(folder), "--fire", "none", "--rounds", "1", "--episodes", "2"]
+    asked += ["--workers"]
     heard = []
     for number in ("0", "1"):
         monkeypatch.setattr("sys.argv", [*asked, number])
-        script("signal_by_lambda").main()
+        script("signal_to_noise").main()
         heard.append(capsys.readouterr().out)
     assert heard[0] == heard[1]
-    assert heard[0].startswith("2 evacuations") and "lambda 0.95" in heard[0]
+    assert heard[0].startswith("2 evacuations") and "0.95  " in heard[0]

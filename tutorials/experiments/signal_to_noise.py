@@ -1,17 +1,19 @@
 """How many evacuations must an update have, so that it follows more than its noise?
 
-    python tutorials/experiments/signal_to_noise.py out/large \
+    python tutorials/experiments/signal_to_noise.py out/copy \
         --fire random fixed busiest fixed closer none
 
 Robots of a training play evacuations, round after round, without learning from them.
-Of their policy's gradient in all rounds follows what share of an update is signal:
+The gradients of their policy tell how much of an update is signal:
 
     |mean gradient|² / (variance of an update's gradient)
 
 Above 1 it follows more than its noise; near 0, on either side, there is nothing to see.
-It grows as the evacuations of an update do.  The standard error is the jackknife's,
-over rounds; after each round the table is printed anew.  λ of 1 believes what happened after a decision, 0 what the critic says of
-the next one.  Robots that have learned in several buildings play in the first, or in an
+It grows as the evacuations of an update do.
+
+After each round the table is printed anew.  The standard error is the jackknife's, over
+rounds.  λ of 1 believes what happened after a decision, 0 what the critic says of the
+next one.  Robots that have learned in several buildings play in the first, or in an
 example.
 """
 
