@@ -337,7 +337,7 @@ def test_who_has_decided_nothing_stands_at_0_and_guides_look_as_anywhere(script)
     assert overlaps(figure) == []
     for axes in figure.axes:
         labels = [label.get_text() for label in axes.get_xticklabels()]
-        assert labels == ["0", "100,000", "1,000,000", "10,000,000"]
+        assert labels == ["0", "0.1", "1", "10"]
         lines = {line.get_label(): line for line in axes.lines}
         for guide in nothing.GUIDES:
             assert lines[guide].get_color() == colour_of(guide)

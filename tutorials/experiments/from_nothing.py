@@ -42,6 +42,7 @@ STROKES = ("-", "--", ":")  # of the first, second and third training
 MARKERS = ("o", "s", "^")
 BASELINE = "escort"
 SEED = 5000  # the contest's
+MILLION = 1_000_000
 LEADING = (1, 2, 5)  # digits of the numbers of decisions that are shown
 
 
@@ -74,7 +75,8 @@ def drawn(tables):
 
     tables: cells of each training; those of guides are taken from the first
     """
-    figure = sheet("Robots that learn from nothing, by their decisions", 15, 4.2)
+    title = "Robots that learn from nothing, with 95 % intervals over evacuations"
+    figure = sheet(title, 15, 4.2)
     panels = figure.subplots(1, len(FIRES), sharey=True)
     counts = sorted({n for found in tables for n in decisions_in(found).values() if n})
     zero = counts[0] / 2.5  # has no place on this axis: left of its break
@@ -125,10 +127,10 @@ def _break_axis(axes, zero, decisions):
     between = np.outer(powers, range(1, 10)).ravel()
     axes.set_xscale("log")
     marked = [power for power in powers if power >= 0.9 * first]
-    axes.set_xticks([zero, *marked], ["0", *(f"{power:,.0f}" for power in marked)])
+    axes.set_xticks([zero, *marked], ["0", *(f"{power / MILLION:g}" for power in marked)])
     shown = [count for count in between if 0.9 * first < count < 1.1 * last]
     axes.set_xticks(shown, [""] * len(shown), minor=True)
-    axes.set_xlabel("decisions")
+    axes.set_xlabel("million decisions")
 
     # Two strokes, and no axis between them.
     ends = np.sqrt(zero * first) * np.array([0.93, 1.07])
