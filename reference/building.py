@@ -284,9 +284,10 @@ class Building:
         return [self.areas[index] for index in beside if index >= 0]
 
     def _width(self, floor: int, cells: np.ndarray) -> int:
-        """Count the cells with an area on one side; in a thick wall others are behind.
+        """Count the cells of a passage that an area touches on one side [A2].
 
-        On the narrower of two opposite sides; an exit has an area on one of them.
+        Of two opposite sides the smaller number counts; an exit has an area on one of
+        them only. In a thick wall the cells between touch none.
         """
         areas = self.area[floor] >= 0
         widths = []

@@ -93,9 +93,11 @@ class Spread:
 
     Every border between two cells has a fixed, seeded delay; a cell burns from the
     earliest time that a chain of delays from any source reaches it, for burn_seconds.
-    Borders with a longer delay carry no flames: this is bond percolation. Flames move
-    on every FLAME_SECONDS. A source is lit just after: its own cell shows flames from
-    the next move on, so a second less long than others.
+    Where a delay is longer than that, the cell has burnt out before its flames cross
+    the border: this is bond percolation.
+
+    Flames move on every FLAME_SECONDS. A source is lit between two moves and shows
+    flames from the next one on, so it burns that much shorter than others.
     """
 
     def __init__(self, building: Building, scenario: Scenario, rng: Rng):

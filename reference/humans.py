@@ -62,11 +62,15 @@ LEADER = Leader()
 
 
 def think(me: Mind, observe: View) -> None:
-    """Let one human decide once where to go, by the algorithm of their mode."""
+    """Let one human decide once where to go, by the algorithm of their mode.
+
+    Who has just entered a door walks to the place beyond it first, unless that burns
+    or they are stuck.
+    """
     remember(me, observe)
     crossing = me.goal.aim is Aim.THRESHOLD and observe.place != me.goal.place
     if crossing and not (observe.burns([me.goal.place]) or stuck(me, observe)):
-        return  # on past the door just entered
+        return
     algorithm = LEADER if me.mode is Mode.LEADER else FOLLOWER
     before = me.goal
     me.goal = algorithm.setoff(me, observe)
@@ -167,7 +171,8 @@ def leader_in_sight(me: Mind, observe: View) -> bool:
 def unexplored(me: Mind, observe: View) -> Goal | None:
     """Find the unexplored direction that needs the least turning, or None [B2].
 
-    People follow a direction that they have taken to its patch, unless flames bar it.
+    Directions that end in the same patch, a square of floor, are one. People follow a
+    direction that they have taken to its patch, unless flames bar it.
     """
     kind, patch, _ = me.goal
     taken = kind is Aim.DIRECTION and patch not in (NOWHERE, observe.patch)
@@ -206,8 +211,9 @@ def follow(me: Mind, leader: int, observe: View) -> Goal:
 def disconnect(me: Mind, observe: View) -> Goal:
     """Let go of a leader out of sight and lead oneself [B5, Alg. 1:11].
 
-    A stuck follower stands still for STUCK_WAIT_SECONDS instead. Who means to
-    stand is not stuck afterwards, and becomes a leader by line 3 [B5, chosen].
+    A stuck follower stands still for STUCK_WAIT_SECONDS instead [B5, chosen]. Who
+    stands on purpose counts as arrived, so after the wait they are stuck no more:
+    line 2 is true, and line 3 makes a leader.
     """
     time = observe.time
     if me.leader != NOBODY:
@@ -254,11 +260,13 @@ def look_again(me: Mind, observe: View) -> Goal:
     It stays the goal until it is looked at, or until older floor comes in view. The
     border of what was looked at counts as not looked at, so its turn comes: alone and
     without fire, a person sees every part of a connected floor in the end.
+
+    Of all floor that could be looked at, what was seen from the newest place drops
+    out, then what was seen from the place before it, until nothing would be left.
     """
     ways = {p for p in observe.ground if not observe.burns_towards(p)}
     if me.goal.aim is Aim.DIRECTION and not observe.burns_towards(me.goal.place):
         ways.add(me.goal.place)
-    # Drop what was seen last, then what before that, until nothing would be left.
     for place in reversed(me.been):
         older = ways - observe.seen_on_all_sides(place)
         if not older:
@@ -306,15 +314,17 @@ def _remember_leader(me: Mind, observe: View) -> None:
 def pass_landmark(me: Mind, landmark: int, side: int, beyond: int) -> None:
     """Remember a door or entrance just entered; a leader goes on past it [B6, chosen].
 
-    side: area it was entered from;  beyond: the place on its other side. A door that
-    only lies on the way to another one is no way back: one would turn in it for ever.
+    side: area it was entered from;  beyond: the place on its other side. There are
+    three cases. Who walks back through the newest door of the trail drops it. A door
+    that was the goal, or that a leader led through, is added. A door that only lies on
+    the way to another goal is left out: one would turn round in it for ever.
     """
     aim, which, _ = me.goal
     passing_by = aim is Aim.DIRECTION or (aim is Aim.LANDMARK and which != landmark)
     last = me.trail[-1] if me.trail else None
     if last is not None and last.door == landmark:
         if last.side != side:
-            me.trail.pop()  # walked back through it: drop it
+            me.trail.pop()
     elif not passing_by:
         me.trail.append(Passed(landmark, side))
     me.doors.add(landmark)

@@ -221,7 +221,11 @@ class Navigation:
         return d.ravel()
 
     def _to_landmark(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(floor_size,) metres to the nearest goal, and the place to walk at."""
+        """(floor_size,) metres to the nearest goal, and the place to walk at.
+
+        That is the farthest on the way that can be walked to straight, as far as one
+        step after the other is tried: where a step fails, a place keeps what it has.
+        """
         floor = int(goals[0]) // self.floor_size
         start = floor * self.floor_size
         d, after = self._search_floor(floor, None, tuple(goals.tolist()))
@@ -307,7 +311,8 @@ class Navigation:
             steps = steps.copy()
             steps.data *= np.maximum(left, cost[steps.indices])
         start = floor * self.floor_size
-        # Searched from the goals: what comes before there comes after on the way.
+        # The search begins at the goals: its predecessor of a place is the next place
+        # on the way to a goal.
         ends = np.subtract(goals, start)
         d, before, _ = dijkstra(
             steps, indices=ends, min_only=True, return_predecessors=True

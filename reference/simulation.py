@@ -68,9 +68,9 @@ class Simulation:
     world   what exists now;  events  all that has happened
     tick    seconds of one step;  decision_ticks  ticks from one decision to the next
     due     (n,) bool, who thinks in the next tick
-    turn    (n,) 0 .. RECONSIDER_TICKS - 1: each thinks at least in the ticks whose
-            number leaves this remainder
-    full_until  (landmarks + 1,) s, until when each is full; the last: no landmark
+    turn    (n,) person i thinks at least when ticks % RECONSIDER_TICKS == turn[i]
+    full_until  (landmarks + 1,) s, until when each is full; the last, which index -1
+            reads, stands for no landmark and is never full
     walked_to  (k, 2) metres, where the last tick's walk led, before any took stairs
     """
 
@@ -283,7 +283,9 @@ class Simulation:
     def fill_doors(self, touched: Touched) -> None:
         """Close the doors, entrances and exits just entered until they have room [A5].
 
-        A way that became free during the last tick is full again from that moment on.
+        Each person keeps a way full for 1 / (flow · width) seconds: from the moment at
+        which it became free, if that was during the last tick. From now, each person
+        would cost up to a tick more than the flow says.
         """
         place = self.world.bodies.place
         now = self.world.time

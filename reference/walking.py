@@ -86,22 +86,26 @@ def advance(world: World, who: np.ndarray, moved: np.ndarray) -> Touched:
 
 
 def _notice_stuck(world: World, who: np.ndarray) -> None:
-    """Find who is stuck; they ignore flames for a while, then try anew [B5]."""
+    """Find who is stuck; they ignore flames for a while, then try anew [B5].
+
+    No headway for STUCK_SECONDS: reckless for RECKLESS_SECONDS. Still none: the clock
+    starts over.
+    """
     bodies = world.bodies
     position = bodies.position[who]
     moved = np.abs(position - bodies.headway[who]).max(axis=1)  # east or north
-    left = np.abs(bodies.goal[who] - position).max(axis=1)
-    arrived = (left < paper.STUCK_METRES) & (bodies.landmark[who] < 0)
+    to_goal = np.abs(bodies.goal[who] - position).max(axis=1)
+    arrived = (to_goal < paper.STUCK_METRES) & (bodies.landmark[who] < 0)
     waited = world.time - bodies.headway_time[who] - 1e-9
 
-    anew = waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS
-    ahead = (moved > paper.STUCK_METRES) | arrived | anew
-    bodies.headway[who[ahead]] = position[ahead]
-    bodies.headway_time[who[ahead]] = world.time
+    starts_over = waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS
+    made_headway = (moved > paper.STUCK_METRES) | arrived | starts_over
+    bodies.headway[who[made_headway]] = position[made_headway]
+    bodies.headway_time[who[made_headway]] = world.time
 
-    calm = bodies.reckless_until[who] < world.time - 1e-9
-    halted = who[~ahead & calm & (waited > paper.STUCK_SECONDS)]
-    bodies.reckless_until[halted] = world.time + paper.RECKLESS_SECONDS
+    not_reckless = bodies.reckless_until[who] < world.time - 1e-9
+    now_stuck = who[~made_headway & not_reckless & (waited > paper.STUCK_SECONDS)]
+    bodies.reckless_until[now_stuck] = world.time + paper.RECKLESS_SECONDS
 
 
 # -- Stairs -------------------------------------------------------------------------

@@ -67,9 +67,9 @@ class Bodies:
     health: np.ndarray  # 100 at the start, dead at 0 [B7]
     fate: np.ndarray  # Fate
     mode: np.ndarray  # Mode, copied from the mind
-    landmark: np.ndarray  # landmark headed for, -1: walk straight at `target`
-    target: np.ndarray  # metres; not read while `landmark` is set, nor is `goal`
-    goal: np.ndarray  # metres: where `target` leads in the end
+    landmark: np.ndarray  # headed for by the shortest way; -1: walk to `goal` instead
+    goal: np.ndarray  # metres: where that walk ends
+    target: np.ndarray  # metres: the next point on that walk, to go straight at
     leader: np.ndarray  # body followed, -1 for nobody
     stairwell: np.ndarray  # the one walked down, -1 when not on stairs
     stairs_until: np.ndarray  # s, when the next storey is reached; inf off the stairs
@@ -107,7 +107,7 @@ class Mind:
     leader: int = NOBODY  # body followed
     seen_at: float = 0.0  # s: when the leader was seen last
     seen_place: int = NOWHERE  # and where
-    told: int | None = None  # by a robot: a landmark, or NOWHERE, "follow me"
+    told: int | None = None  # a landmark, or NOWHERE: "follow me"; by a robot alone
     pause_until: float = 0.0  # s: no new human leader before then
     waits_until: float = 0.0  # s: a stuck follower without leader waits till then
     goal: Goal = STAY  # where it has set off to

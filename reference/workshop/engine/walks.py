@@ -456,7 +456,7 @@ def target(N, cells, W, after, waypoint, clock, body, w):
     w.to_y = cells[at].y
 
 
-@mirrors("walking.advance 2c1718", "walking._notice_stuck 7f427b")
+@mirrors("walking.advance 2c1718", "walking._notice_stuck aa54cf")
 def advance(N, cells, clock, bodies, touched, w):
     """Put one where they walked to; see whether they are stuck [B5]."""
     body = bodies[w.i]
