@@ -123,8 +123,8 @@ print("survivors of `busiest`:", saved(busy), " of its sequence:", saved(blind))
 # no guard can wait for it, and robots have to learn something else than a place.
 # Three things are unfair here. The sequence is tested on the evacuations that it was
 # read from. It is as short as the shortest of them. Its last places were chosen once or
-# twice in eight. In 48 other evacuations it leaves four points more alive than
-# `busiest`: that may be luck.
+# twice in eight. In 200 other evacuations, which RESULTS.md tells of, such a sequence
+# leaves two points more alive than `busiest`: that may be luck.
 # `tutorials/experiments/is_it_adaptive.py` asks it of any fire, from other evacuations.
 #
 # So there is something to teach: whoever knows the attack saves more under it. Robots
