@@ -16,6 +16,10 @@ if __name__ == "__main__":
         if getattr(sys, name) is None:  # closed: nobody listens
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
 
+    from reference.workshop.commands.missing import tell_what_is_missing
+
+    sys.excepthook = tell_what_is_missing  # also of what is imported below
+
 from argparse import ArgumentParser, Namespace
 from argparse import RawDescriptionHelpFormatter as Formatter
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,7 @@
 """The numbers of the paper's appendix, and the `Scenario` that varies some of them.
 
-Each has its clause and what it means; where the choice matters, why. In front of the
-`Scenario` stand the checks of what callers give: read over them at first.
+Each has its clause and what it means; where the choice matters, why. Before `Scenario`
+stand checks of what callers give: skip them on a first reading.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -31,6 +31,7 @@ from reference.workshop.annotated.index import (
     symbols,
 )
 from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES
+from reference.workshop.commands.missing import REQUIRED
 from reference.workshop.comparing.named import DESCRIPTIONS
 
 PACKAGE = ROOT / "reference"
@@ -168,6 +169,12 @@ def loaded_by(command, folder):
     loaded = done.splitlines()[-1].removeprefix("status 0 ").split()
     assert loaded[0] == "sys"
     return set(loaded)
+
+
+def test_what_pip_installs_is_missed_by_its_name():
+    """Whoever lacks one of these is told how to get it."""
+    names = [re.match(r"\w+", name)[0] for name in PROJECT["project"]["dependencies"]]
+    assert [*REQUIRED] == [name.lower() for name in names]
 
 
 def test_nothing_is_imported_that_is_not_declared():

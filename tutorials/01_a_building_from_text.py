@@ -67,8 +67,8 @@ for mark in house.landmarks:
 
 # %% Characters and metres
 # Positions are in metres, x to the east and y to the north of the middle of the
-# building without its stairwells [A8]; if that is inside a cell, of the cell's corner.
-# Rows and columns count from the drawing's upper left corner, from 0.
+# building without its stairwells [A8]. If that is inside a cell, its north-west corner
+# counts instead. Rows and columns count from the drawing's upper left corner, from 0.
 
 x, y = house.metres(3, 7)
 print("row 3, column 7 is at", (x, y), "m")
@@ -79,7 +79,7 @@ print("3 m further west there is", Kind(house.kind[0, row, column]).name)
 
 # %% Mistakes are explained
 # Here the exit becomes a hole in the wall. The message says where to look, shows the
-# line, and gives one hint. `python -m reference check FILE` prints the same.
+# line, and gives one hint. `.venv/bin/python -m reference check FILE` prints the same.
 
 try:
     parse_map(HOUSE.replace("EE", ".."), "house.txt")

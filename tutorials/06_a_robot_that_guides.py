@@ -68,7 +68,8 @@ class Shepherd:
 # Algorithm 3 [C7] walks the robot to its destination, and waits for those who follow.
 # In the picture, two minutes later, a straight dashed line joins each robot to its
 # destination. The robot itself walks round the walls, its people behind it. Seed 7 is
-# chosen to show a robot that leads three to an exit.
+# chosen to show a robot that leads three to an exit. `followers_of` counts those who
+# follow the robot itself, not those who follow a follower.
 
 simulation = Simulation(institute, robots=Shepherd(), seed=7, fire=RandomFire())
 history = [drawing.tally(simulation.world)]
@@ -129,14 +130,14 @@ for robot in simulation.world.robots[:2]:
 # %% Your guide on the command line
 # Copy the class, and the imports and names that it needs, to a file mine.py:
 #
-#     python -m reference evaluate --robots none escort mine:Shepherd \
+#     .venv/bin/python -m reference evaluate --robots none escort mine:Shepherd \
 #         --fire random --baseline escort
 #
 # The column `over baseline` tells what yours saves more than `escort`, on the same
 # evacuations. What a guide may look at stands in `reference/world.py`: read its records
 # `World`, `Bodies`, `Robot` and `Flames`, where units stand beside each field.
-# `python -m pydoc reference.workshop.strategies.own` tells the rules for code of one's
-# own.
+# `.venv/bin/python -m pydoc reference.workshop.strategies.own` tells the rules for code
+# of one's own.
 
 # %% Exercise
 # How many followers should a shepherd wait for? Try 1, 2, 3 and 5. Then let those

@@ -236,7 +236,8 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 # nothing after it; RESULTS.md tells why. Watch one stand in the way of a fire, in a
 # page for a browser (`.gif` and `.mp4` work as well):
 #
-#     python -m reference evacuate --robots learned --fire fixed --animate learned.html
+#     .venv/bin/python -m reference evacuate \
+#         --robots learned --fire fixed --animate learned.html
 
 # %% Exercise
 # In another episode A waits, and the rewards are 0, 0, 1. Which advantages do A and B

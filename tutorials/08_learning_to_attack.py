@@ -29,9 +29,10 @@ from reference.workshop.training.presets import preset
 torch.set_num_threads(1)  # networks as small as these are quickest on one core
 
 # %% A building with one exit
-# Eight visitors, one robot that guides by the strategy `sweep`, and two fires. In
-# training no fire is lit at a place that is occupied or not free [D6]. A tick is 0.5 s
-# instead of 0.2 s, which is quicker.
+# Eight visitors, one robot that guides by the strategy `sweep`, and two fires.
+# `training=True` is rule D6 alone: no fire starts at a place that is not free (somebody
+# stands there, it burns, or it is protected). It holds in all evenings here, also in
+# those that only test. A tick is 0.5 s instead of 0.2 s, which is quicker.
 
 PLAN = """
 building: Gallery
@@ -96,7 +97,7 @@ print(drawing.save(drawing.robot_senses(world, evening), "out/08_a_robot_sees.pn
 
 # %% Reward
 # The fire's reward is what the robots lose, less a penalty for each refused fire [D6].
-# First, what do random fires reach, on 24 evenings that are not for training?
+# First, what do random fires reach, on 24 evenings that only test?
 
 SEEDS = range(1000, 1024)
 
@@ -123,8 +124,9 @@ print(f"the fire's reward for an evening: {reward:.0f}")
 # %% Before any training
 # The network draws x and y from two Gaussians, as in the paper. They begin around 0,
 # the middle of the floor. Here that is the corridor. So these fires do more harm than
-# random ones, even though a quarter of the choices are refused. The settings are those
-# of Table II [E2], made small; `head="floor"` means the paper's Gaussians.
+# random ones, even though a quarter of the choices are refused. A refused fire is asked
+# again 25 s later, so there are more choices than fires. The settings are those of
+# Table II [E2], made small; `head="floor"` means the paper's Gaussians.
 
 settings = replace(
     preset("tiny").fire,
@@ -160,8 +162,8 @@ print(f"before: {out} get out, {refused} of {choices} choices are refused")
 # %% Training
 # Two hundred other evenings, ten at a time: play, then learn. After a round
 # or two there are enough decisions for an update by PPO, as in the last tutorial.
-# `python -m reference train` does the same for both sides at once, with checkpoints;
-# `python -m reference curves` draws how it went.
+# `.venv/bin/python -m reference train` does the same for both sides at once, with
+# checkpoints; `.venv/bin/python -m reference curves` draws how it went.
 
 for k in range(20):
     episodes = evenings(range(10 * k, 10 * (k + 1)))  # PLAY
@@ -225,7 +227,8 @@ print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 #
 # A fire that learned in the paper's building ships; see RESULTS.md. Watch it:
 #
-#     python -m reference evacuate --robots escort --fire learned --animate learned.html
+#     .venv/bin/python -m reference evacuate \
+#         --robots escort --fire learned --animate learned.html
 
 # %% Exercise
 # Cut a second exit into the corridor's other end. How many get out with random fires,

@@ -77,14 +77,15 @@ figure = drawing.draw(watched)
 _, x, y = sequence[1]
 ring = {"mfc": "none", "mec": "#0868ac", "mew": 2.5, "zorder": 8}
 figure.axes[0].plot(x, y, "o", ms=24, **ring)  # on floor 1
-drawing.save(figure, "out/12_guard.png")
+print(drawing.save(figure, "out/12_guard.png"))
+#> out/12_guard.png
 
 # %% What it costs elsewhere
 # Under other fires the robot that stands guard is a robot that does not lead. So
 # `guard` gives up when it sees that the fire is not `fixed`: when a source appears
 # elsewhere though nobody stood in the way, or right beside the guard, which only a fire
-# that looks does. Of eight evacuations most differences are luck; RESULTS.md has two
-# hundred.
+# that looks does. In these eight evacuations `guard` costs nothing that one can see.
+# RESULTS.md has two hundred.
 
 for fire in ("none", "random", "busiest"):
     by_observer = saved(played(Observer, FIRES[fire]))

@@ -55,10 +55,11 @@ print("the mouth: floor {}, x {}, y {}".format(*mouth))
 #> the mouth: floor 0, x -7.5, y -0.5
 
 # %% Two learners
-# Settings are those of preset `tiny`, made quicker. A fire can mean two places here:
-# the mouth and the cell before the door. Its first decision is read at 10 s, and no
-# fire starts where a robot stands [D6]; one that was refused may try again 25 s later.
-# Seed 3 is chosen: the end says what other seeds show.
+# Settings are those of preset `tiny`, made quicker. A fire can choose two places here:
+# the mouth and the cell before the door. Its first decision is read at 10 s. No fire
+# starts where a robot stands [D6]: `training=True` means that, and no more. A fire that
+# was refused may try again 25 s later. Seed 3 is chosen: the end says what other seeds
+# show.
 
 quick = dict(
     hidden_units=32,
@@ -86,7 +87,7 @@ fire = learner_for("fire", PLAN, evening, of_fire, seed=3)
 
 
 def evenings(guides, foe) -> list[Episode]:
-    """Play the 24 evenings that are not for training; guides and foe do not learn."""
+    """Play the 24 evenings that only test; guides and foe do not learn."""
     job = Job(PLAN, evening, guides, foe, tuple(range(24)))
     return play(job, advance=run_to_decision)
 
@@ -137,7 +138,7 @@ late = player_of(fire)
 
 
 def at_mouth(foe) -> float:
-    """Share of a fire's decisions that mean the mouth."""
+    """Share of a fire's decisions that choose the mouth."""
     played = evenings(Escort(), foe)
     raw = np.concatenate([episode.fire.actions[:, 0] for episode in played])
     x = fire_decisions(cellar, raw)[:, 1]
@@ -150,8 +151,8 @@ def refused(guides) -> float:
     return np.mean([episode.facts["refused"] for episode in played])
 
 
-print("the fire means the mouth more often:", at_mouth(early) > at_mouth(untrained))
-#> the fire means the mouth more often: True
+print("the fire chooses the mouth more often:", at_mouth(early) > at_mouth(untrained))
+#> the fire chooses the mouth more often: True
 print("after act three less often:", at_mouth(late) < at_mouth(early))
 #> after act three less often: True
 print("it is refused there more often than before:", refused(after) > refused(before))

@@ -20,7 +20,8 @@ from reference.workshop.storage.workers import InProcess
 # %% A building by lot
 # A seed and a size give a text, the same wherever it is drawn. Corridors are cut first,
 # then walls; some rooms are joined, and bend. Doors join all rooms, and some once more,
-# so there are rings. `python -m reference floors --new --seed 3` prints a large one.
+# so there are rings. `.venv/bin/python -m reference floors --new --seed 3` prints a
+# large one.
 
 small = generated_text(seed=3, width=15, height=10, floors=1)
 print(*small.splitlines()[-10:], sep="\n")
@@ -98,7 +99,7 @@ for k, building in enumerate(buildings):
 #> Hotel 8          3           1  537    63%     87%
 #> Institute 9      3           2  530    77%     86%
 
-# With a guide the school, which has a single exit, is clearly the least safe. Without
+# With a guide School 1, which has a single exit, is clearly the least safe. Without
 # one it and Institute 2 cannot be told apart after twelve evacuations, nor can the best
 # three: the picture below has intervals. What a guide is worth differs most: 51 points
 # of 100 in one building, 9 in another. One building says little about a guide.
@@ -145,7 +146,7 @@ print(drawing.save(figure, "out/14_which_is_the_safest.png"))
 # is worth there.
 
 # %% Exercise
-# Give the school a second exit, two cells wide, in its southern wall: once at the end
-# of the corridor, once in the room `art`. How many more get out?
+# Give School 1 a second exit, two cells wide, in its southern wall: once in the room
+# `way`, its corridor, and once in the room `art`. How many more get out?
 # Hint: change one line of `generated_text(1)`, the last of its ground floor. The same
 # seeds place the same people and fires, if no room changes.

@@ -420,7 +420,8 @@ def main(module: str = "", updates: int = UPDATES) -> dict[str, Tensor]:
         runs = torch.stack([trained(kind, n, module, updates) for n in range(SEEDS)])
         found[kind.__name__] = runs
         mean = runs.mean(dim=0).tolist()
-        print("an episode earns", *(f"{earned:.1f}" for earned in mean))
+        earned = " ".join(f"{each:.1f}" for each in mean)
+        print(f"{kind.__name__}, what an episode earns, update by update: {earned}")
         print(kind.__name__, "ends at", round(mean[-1]))
     return found
 

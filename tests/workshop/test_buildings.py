@@ -252,10 +252,10 @@ def test_the_command_tells_both_buildings_and_their_difference(huts, capsys):
     """One table; for programs each building's report, too."""
     assert main(f"{SMALL} --building hut.txt wide.txt".split()) == 0
     one, other, heads, *rows = capsys.readouterr().out.splitlines()
-    assert one.startswith("hut.txt: Hut, 5 people: 1 robots x 1 fires x 2 seeds")
+    assert one.startswith("hut.txt: Hut, 5 people: 1 robot strategy, 1 fire, 2 seeds")
     assert other.startswith("wide.txt: Hut, 5 people")
     assert heads.split()[:4] == ["robots", "fire", "building", "runs"]
-    assert [row.split()[2] for row in rows[:3]] == ["hut.txt", "wide.txt", "less"]
+    assert [row.split()[2] for row in rows[:3]] == ["hut.txt", "wide.txt", "difference"]
     assert main(f"{SMALL} --json --building hut.txt wide.txt hut.txt".split()) == 0
     facts = json.loads(capsys.readouterr().out)
     assert [each["building"] for each in facts["buildings"]] == [*huts, "hut.txt"]
@@ -442,6 +442,7 @@ def test_crosses_are_where_people_died_and_headings_say_how_many(huts):
     figures = compare_buildings(begun(*huts), played)
     figure = side_by_side(buildings, played, figures)
     assert len(figure.axes) == 2 * 3
+    assert {line.get_marker() for line in figure.axes[0].lines} == {"None"}
     for axes, name in zip(figure.axes[1:3], huts, strict=True):
         (crosses,) = axes.collections
         death = played[name][0].deaths[0]

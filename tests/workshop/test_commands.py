@@ -28,7 +28,11 @@ from reference.__main__ import COMMANDS, main
 from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.commands import evacuation
-from reference.workshop.commands.common import format_figure, run_in_folder
+from reference.workshop.commands.common import (
+    format_figure,
+    format_table,
+    run_in_folder,
+)
 from reference.workshop.commands.options import CORES, LEAST_PEOPLE, MOST_PEOPLE
 from reference.workshop.comparing.matches import begin_evaluation
 from reference.workshop.comparing.named import PLAYER_NAMES
@@ -415,7 +419,7 @@ def test_evacuate_films_three_pairs_side_by_side(capsys, filmed):
 
 
 def test_the_first_look_compares_three_evacuations_from_one_seed(capsys, filmed):
-    """Nobody, guides, and robots that learned; the film shows the first two."""
+    """Nobody, guides, and a network that ships; the film shows the first two."""
     assert main(["--json", "--seed", "5"]) == 0
     runs = json.loads(capsys.readouterr().out)["runs"]
     assert {run["seed"] for run in runs} == {5}
@@ -893,6 +897,42 @@ def test_a_figure_that_rounds_to_0_has_no_sign():
     """Nothing is less than nothing."""
     figures = [format_figure(value) for value in (-0.001, 0.001, -0.01, 1234.5)]
     assert figures == ["0", "0", "-0.01", "1,234.50"]
+
+
+def test_figures_of_a_row_have_as_many_decimals():
+    """Two, where one has any; each row for itself, and words stay."""
+    rows = [["R", 961, 955.5, None], ["out", 34, 1039.8, "fire"], ["dead", 6, 0.0, 1]]
+    assert format_table(rows, "<>>>").splitlines() == [
+        "R     961.00    955.50     -",
+        "out    34.00  1,039.80  fire",
+        "dead       6         0     1",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("package", "words"), [("filelock", ""), ("matplotlib", "draw tiny")]
+)
+def test_a_package_that_is_missing_is_told_in_a_line(package, words, tmp_path):
+    """As outside the environment: before any command, or when it is needed."""
+    gone = f'raise ModuleNotFoundError("none", name="{package}")'
+    (tmp_path / f"{package}.py").write_text(gone)
+    env = {"PYTHONPATH": f"{tmp_path}:{ROOT}"}
+    words = ("-m", "reference", *words.split())
+    process = python(*words, env=env, stdout=PIPE, stderr=PIPE)
+    out, err = ended(process)
+    assert (process.returncode, out) == (1, "")
+    assert f"has no package {package}: type .venv/bin/python instead" in err
+    assert err.count("\n") == 1
+
+
+def test_a_module_that_code_of_ones_own_lacks_is_told_as_ever():
+    """With a traceback, which says where it is imported."""
+    Path("mine.py").write_text("import no_such_library")
+    words = ("evacuate", "--building", "tiny", "--robots", "mine:Guide")
+    process = python("-m", "reference", *words, stdout=PIPE, stderr=PIPE)
+    _, err = ended(process)
+    assert process.returncode == 1
+    assert "Traceback" in err and "No module named 'no_such_library'" in err
 
 
 def test_bench_prints_one_table(capsys, monkeypatch):

@@ -81,7 +81,7 @@ def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
     assert "Tiny office: 7 evacuations, 2 died" in writing(figure)
     assert "died here (larger: more people)" in writing(figure)
     density = "highest people per m², in 3 m x 3 m,\nmean of 7 evacuations"
-    assert {density, "on stairs nobody is counted"} <= {*writing(figure)}
+    assert {density, "density: people on stairs are not counted"} <= {*writing(figure)}
     assert overlaps(figure) == []
     name = "out/with-a-very-long-name/seed-3/checkpoints/checkpoint-000120.pt"
     seen.deaths = 0 * deaths

@@ -30,6 +30,7 @@ from reference.workshop.drawing import film, plans, web_film
 from reference.workshop.drawing.evacuation import (
     CURVES,
     INKS,
+    NUMBERED,
     STEPS,
     TRAIL,
     TRAIL_SECONDS,
@@ -476,13 +477,22 @@ def test_a_picture_s_legend_names_what_is_there_a_film_s_all_that_may_come(simul
     of_film = told_in_legend(scene_of(simulation.world).figure)
     assert moving < of_film
     now = told_in_legend(drawing.draw(simulation))
-    assert now == of_film - moving
-    assert {"follower", "robot (2: two on one spot)", "out", "wall"} < now
+    assert now == of_film - moving - {NUMBERED} | {"robot"}
+    assert {"follower", "robot", "out", "wall"} < now
     alone = Simulation(TINY, Scenario(people=0), NoRobots(), NoFire())
-    assert told_in_legend(drawing.draw(alone)) == now - {
-        "follower",
-        "robot (2: two on one spot)",
-    }
+    assert told_in_legend(drawing.draw(alone)) == now - {"follower", "robot"}
+
+
+def test_a_picture_s_legend_explains_numbers_of_robots_where_there_are_some():
+    """Two on one spot have a number, two apart none."""
+    run = Simulation(TINY, Scenario(people=4, robots_per_floor=2), Sweep())
+    for x, robot in enumerate(run.world.robots):
+        robot.position = np.array([2.0 * x, 0.0])
+    apart = told_in_legend(drawing.frame(run.world))
+    run.world.robots[0].position = run.world.robots[1].position
+    together = told_in_legend(drawing.frame(run.world))
+    assert apart - together == {"robot"}
+    assert together - apart == {NUMBERED}
 
 
 def test_everybody_is_drawn_on_the_floor_they_are_on(simulation):
@@ -739,13 +749,16 @@ def test_a_film_s_legend_names_only_what_can_come(scenes, tmp_path):
     guided = Scenario(people=4, time_limit=0.4, robots_per_floor=1)
     calm = Simulation(TINY, rule)
     drawing.animate([calm], tmp_path / "calm.gif")
-    of_robots = {"robot (2: two on one spot)", "destination"}
+    of_robots = {"robot", "destination"}
     of_fire = {"flames", "ash", "burnt door", "fire source"}
     pair = [Simulation(TINY, rule), Simulation(TINY, guided, Sweep(), RandomFire())]
     drawing.animate(pair, tmp_path / "both.gif")
     alone, both = (told_in_legend(scene.figure) for scene in scenes)
     assert alone == both - of_robots - of_fire
     assert of_robots | of_fire | {"died here"} < both
+    several = Scenario(people=4, time_limit=0.4, robots_per_floor=2)
+    drawing.animate([Simulation(TINY, several, Sweep())], tmp_path / "several.gif")
+    assert NUMBERED in told_in_legend(scenes[-1].figure)
 
 
 def test_a_film_s_curves_begin_at_0_s_and_end_where_their_run_ends(scenes, tmp_path):

@@ -117,7 +117,7 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
     before = (tmp_path / "eval/runs.csv").read_text()
     assert main(f"{AGAIN} --people 6 --episodes 2 --fire greedy".split()) == 0
     title, heads, random, greedy, *notes = capsys.readouterr().out.splitlines()
-    assert title.endswith("1 robots x 2 fires x 2 seeds from 0 on, 4 runs")
+    assert title.endswith("1 robot strategy, 2 fires, 2 seeds each from 0 on: 4 runs")
     assert heads.split()[:3] == ["robots", "fire", "runs"]
     assert (random.split()[1], greedy.split()[1]) == ("random", "greedy")
     assert (tmp_path / "eval/runs.csv").read_text().startswith(before)
@@ -132,10 +132,11 @@ def test_a_baseline_whose_runs_give_no_k_is_measured_by_the_papers(capsys):
     assert facts["cells"][0]["score_on_baseline"] == of_one_run
     assert facts["baseline"]["ruler"]["k"] == score.paper_ruler().k
     assert main(f"{AGAIN} --baseline sweep".split()) == 0
-    _, heads, *_, why = capsys.readouterr().out.splitlines()
+    _, heads, *_, which, ruler, exact = capsys.readouterr().out.splitlines()
     assert "score E" in heads and "E, sweep = 1" in heads
-    told = "sweep, as asked, scores 1 .* k = 0.009, the paper's, as .*1 runs make no"
-    assert re.search(told, why)
+    assert which.startswith("E, sweep = 1: as asked, it scores 1 on average")
+    assert re.search("k = 0.009, the paper's, as .*1 runs make no", ruler)
+    assert exact == "intervals of this E take the ruler as exact"
 
 
 @pytest.mark.paper("F12")
@@ -178,7 +179,8 @@ def test_what_was_played_is_told_though_no_picture_can_be_written(command, capsy
 def test_what_is_played_is_told_once_where_all_is_seen(seen, capsys, monkeypatch):
     """Before anything is played; the table in a file has it as its heading."""
     monkeypatch.setattr(evaluation, "one_terminal", lambda: seen)
-    head = "Tiny office, 6 people: 1 robots x 1 fires x 2 seeds from 0 on, 2 runs"
+    played = "1 robot strategy, 1 fire, 2 seeds each from 0 on: 2 runs"
+    head = f"Tiny office, 6 people: {played}"
     assert main([*SMALL.split(), "--episodes=2"]) == 0
     out, err = capsys.readouterr()
     assert (out.count(head), err.count(head)) == (not seen, 1)

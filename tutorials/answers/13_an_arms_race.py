@@ -2,7 +2,7 @@
 
 At the mouth the guard saves everybody. Against a fire at the door it loses hardly
 anybody: one person here, ten of 864 in 72 other evenings. In the tutorial robots that
-learned came nearer to it without being told: the fire has shown them the place.
+learned saved almost as many without being told: the fire has shown them the place.
 """
 
 from reference import Scenario, Simulation

@@ -1,8 +1,8 @@
-"""Exercise 14: one more exit for the school. It takes 10 seconds.
+"""Exercise 14: one more exit for School 1. It takes 10 seconds.
 
-At the end of the corridor it saves twice as many of those who are alone: who steps into
-the corridor sees it. The room `art` lies behind two others, so fewer find its exit, and
-guides have farther to go.
+In the corridor, the room `way`, it saves twice as many of those who are alone: who
+steps into it sees the exit. The room `art` lies behind two others, so fewer find its
+exit, and guides have farther to go.
 """
 
 from reference.workshop import comparing

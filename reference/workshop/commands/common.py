@@ -94,10 +94,23 @@ def format_figure(value: float | str | None) -> str:
 
 
 def format_table(values: Sequence[Sequence[float | str | None]], align: str) -> str:
-    """Write figures and words in rows, aligned."""
-    return align_columns(
-        [[format_figure(value) for value in row] for row in values], align
-    )
+    """Write figures and words in rows, aligned.
+
+    In a row all figures have two decimals if one has any.
+    """
+    return align_columns([_format_row(row) for row in values], align)
+
+
+def _format_row(values: Sequence[float | str | None]) -> list[str]:
+    """Write the figures of a row alike."""
+    words = [format_figure(value) for value in values]
+    figures = [not isinstance(value, str | None) for value in values]
+    pairs = list(zip(words, figures, strict=True))
+    if not any(figure and "." in word for word, figure in pairs):
+        return words
+    return [
+        f"{word}.00" if figure and "." not in word else word for word, figure in pairs
+    ]
 
 
 def shell_line(*words: object) -> str:

@@ -62,7 +62,7 @@ MEAN_OUT = {FILMED[0]: 28.9, FILMED[1]: 37.5, LEARNED_TOO: 37.5}
     options.json("seed", "runs"),
 )
 def first_look(arguments: Namespace) -> None:
-    """Plays one seed without guides, with guides, and with robots that learned."""
+    """Plays one seed without guides, with guides, and with a network that ships."""
     seed = CHOSEN_SEED if arguments.seed is None else arguments.seed
     film = _Film(arguments.animate)
     with workers(1) as other:  # it loads torch, which is slow, in the meantime

@@ -59,8 +59,9 @@ ONE_RUN = "one run of each match; several have intervals: --episodes"
     options.flag("--resume", "go on in DIR, also with further --robots and --fire"),
     options.option(
         "--baseline",
-        "robots to compare with, and of the second E, which is 1 for them on average "
-        "over the fires; default: the best scripted guide of --robots, for E alone",
+        "robots to compare with; they also define the second E, on which they score 1 "
+        "on average over the fires; default: the best scripted guide of --robots, "
+        "for E alone",
         metavar="S",
     ),
     options.SEED,

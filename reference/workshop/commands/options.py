@@ -223,8 +223,8 @@ SAMPLE = flag(
     "--sample", "draw a learned policy's actions, not the likeliest", default=None
 )
 ERRORS_HELP = (
-    "robots misjudge positions by up to N metres, by the worst of a few errors each "
-    "time; default: 0"
+    "robots misjudge positions by up to N metres: before each decision a few random "
+    "errors are tried out, and the most harmful is used; default: 0"
 )
 ERRORS = number("--errors", 0, ERRORS_HELP, most=40)
 WORKERS_HELP = (

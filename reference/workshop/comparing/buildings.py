@@ -306,7 +306,7 @@ def _row(figures: BuildingCell, floors: int) -> list[str]:
     return [
         figures.robots,
         figures.fire,
-        f"  less {figures.less}" if figures.less else figures.building,
+        f"  difference from {figures.less}" if figures.less else figures.building,
         f"{figures.n:,}",
         format_interval(in_percent(figures.survival), 1, signed, ends),
         format_interval(figures.half_out, 0, signed, ends),

@@ -180,16 +180,23 @@ class Evaluation:
 
     def about(self) -> str:
         """Describe the evaluation in a line: where, under what, who, how often."""
-        return (
-            f"{self.where()}: "
-            f"{len(self.robots)} robots x {len(self.fires)} fires x {self.episodes} "
-            f"seeds from {self.seed} on, {len(self.runs):,} runs"
-        )
+        played = [
+            _count(len(self.robots), "robot strategy", "robot strategies"),
+            _count(len(self.fires), "fire", "fires"),
+            f"{_count(self.episodes, 'seed', 'seeds')} each from {self.seed} on",
+        ]
+        runs = _count(len(self.runs), "run", "runs")
+        return f"{self.where()}: {', '.join(played)}: {runs}"
 
     def where(self) -> str:
         """Say where and under what, errors of observation included."""
         off = f", errors of observation up to {self.errors} m" if self.errors else ""
         return self.arena.about() + off
+
+
+def _count(number: int, one: str, several: str) -> str:
+    """Say how many there are of something."""
+    return f"{number:,} {one if number == 1 else several}"
 
 
 def begin_evaluation(

@@ -29,7 +29,8 @@ from reference.workshop.strategies.worst_case import DisturbedRobots, WorstCase
 WORST = "worst-case"
 
 FILE = "FILE"
-LEARNED_WHERE = "a network for the paper's building, another for any map"
+LEARNED_ROBOTS = "a network that copied `guard`, in other maps `observer`"
+LEARNED_FIRE = "a network for the paper's building, another for any map"
 
 PLAYERS: dict[Side, Mapping[str, Callable[[], Any]]] = {
     **SCRIPTS,
@@ -37,20 +38,23 @@ PLAYERS: dict[Side, Mapping[str, Callable[[], Any]]] = {
 }
 
 
-def _descriptions(side: Side, do: str) -> dict[str, str]:
-    """Describe who can play a side, by word; do: the verb of what has no docstring."""
+def _descriptions(side: Side, do: str, learned: str) -> dict[str, str]:
+    """Describe who can play a side, by word.
+
+    do: the verb of what has no docstring;  learned: what ships
+    """
     scripts = {word: first_line(player) for word, player in PLAYERS[side].items()}
     return {
         **scripts,
-        LEARNED: f"{do} what ships: {LEARNED_WHERE}.",
+        LEARNED: f"{do} what ships: {learned}.",
         FILE: f"{do} what a network has learned: a checkpoint, or a training's folder.",
         CODE: f"{do} what your code decides, imported from the current folder.",
     }
 
 
 DESCRIPTIONS: dict[Side, dict[str, str]] = {
-    "robots": _descriptions("robots", "Do"),
-    "fire": _descriptions("fire", "Does"),
+    "robots": _descriptions("robots", "Do", LEARNED_ROBOTS),
+    "fire": _descriptions("fire", "Does", LEARNED_FIRE),
 }
 """All words a user may write, and what they do: docstrings' first lines."""
 

@@ -80,11 +80,15 @@ class Baseline:
     how: str
 
     def about(self) -> str:
-        """Say in a line which E is 1."""
-        return (
-            f"E, {self.robots} = 1: {self.robots}, {self.why}, scores 1 on average "
-            f"over these fires: beta = {self.ruler.beta:,.4g}, k = "
-            f"{self.ruler.k:.3g}, {self.how}; intervals take this ruler as exact"
+        """Say which E is 1, by which ruler, and what its intervals leave out."""
+        k = f"k = {self.ruler.k:.3g}, {self.how}"
+        return "\n".join(
+            [
+                f"E, {self.robots} = 1: {self.why}, it scores 1 on average over these "
+                "fires",
+                f"its ruler: beta = {self.ruler.beta:,.4g}, {k}",
+                "intervals of this E take the ruler as exact",
+            ]
         )
 
 

@@ -25,7 +25,6 @@ from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.crossplay import LINE_STYLES, plot_who_is_out
 from reference.workshop.drawing.crowding import CROSS, mark_deaths
 from reference.workshop.drawing.evacuation import paint_floors
-from reference.workshop.drawing.page import Style
 
 # inches
 PLAN_WIDTH = 4.4
@@ -36,15 +35,6 @@ TITLE_HIGH = 0.3  # above a floor
 HEADING_HIGH = 0.8  # above a building
 
 NAME = 24  # letters of a building's name
-
-MARKS: dict[str, Style] = {
-    "half of those who get out are out, mean of all runs": {
-        "ls": "",
-        "marker": "o",
-        "ms": 6,
-    },
-    "the last is out, mean of all runs": {"ls": "", "marker": "s", "ms": 6},
-}
 
 
 def side_by_side(
@@ -103,7 +93,7 @@ def _draw_curves(
     figures: Sequence[BuildingCell],
     t: np.ndarray,
 ) -> None:
-    """Draw who is out by when in each building, and mark when half and all are."""
+    """Draw who is out by when in each building."""
     robots, fire = figures[0].robots, figures[0].fire
     guides = "nobody guides" if robots == "none" else f"robots: {robots}"
     words = (guides, f"fire: {fire}")
@@ -115,13 +105,7 @@ def _draw_curves(
     means = [each for each in figures if not each.less]
     for each in means:
         name = page.shortened(each.building, NAME)
-        line = plot_who_is_out(axes, runs[each.building], t, name)
-        moments = (each.half_out, each.evacuation_time)
-        for moment, look in zip(moments, MARKS.values(), strict=True):
-            if moment:
-                y = np.interp(moment.mean, t, np.asarray(line.get_ydata()))
-                colour = line.get_color()
-                axes.plot(moment.mean, y, color=colour, mfc="white", mew=1.6, **look)
+        plot_who_is_out(axes, runs[each.building], t, name)
 
 
 def _heading(figures: Sequence[BuildingCell]) -> str:
@@ -173,14 +157,11 @@ def _words_over(runs: int) -> str:
 def _add_legend(
     figure: Figure, curve: Axes, buildings: Sequence[Building], words: str
 ) -> None:
-    """Explain lines, marks, crosses and cells; words: a line above."""
-    lines = [line for line in curve.lines if line.get_linestyle() != "None"]
-    named = [line for line in lines if not str(line.get_label()).startswith("_")]
-    open_: Style = {"mfc": "white", "mec": page.TEXT, "mew": 1.6}
-    marks = page.samples({name: open_ | look for name, look in MARKS.items()})
+    """Explain lines, crosses and cells; words: a line above."""
+    named = [line for line in curve.lines if not str(line.get_label()).startswith("_")]
     kinds = np.concatenate([building.kind.ravel() for building in buildings])
     cells = page.swatches(kinds[kinds != Kind.FLOOR])
     columns = int(figure.get_figwidth() / 2.1)
-    handles = [*named, *marks, *page.samples(CROSS), *cells]
+    handles = [*named, *page.samples(CROSS), *cells]
     title = fill(words, int(12 * figure.get_figwidth()))
     page.legend(figure, handles, ncols=columns, title=title, title_fontsize=8)

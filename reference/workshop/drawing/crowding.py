@@ -48,7 +48,7 @@ def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
         label = f"{label},\nmean of {over}"
     figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
     died = page.samples(CROSS if deaths.any() else {})
-    note = "on stairs nobody is counted" if building.stairwells else ""
+    note = "density: people on stairs are not counted" if building.stairwells else ""
     handles = [*page.swatches(building.kind), *died]
     page.legend(figure, handles, title=note, title_fontsize=8)
     figure.draw_without_rendering()

@@ -43,7 +43,8 @@ SIGN_SIZE = 7.5  # points, of these
 ONE_SPOT = 0.5  # metres between robots of which one hides the other
 TO_NUMBER = (0.11, -0.09)  # inches from a robot to the number of those on its spot
 MOST_COUNTED = 9  # robots on one spot: "9+" are nine or more
-TOLD = {"robot": "robot (2: two on one spot)"}  # in the legend
+NUMBERED = "robot (2: two on one spot)"  # in the legend, if a number may be seen
+NUMBERS = "numbers of robots"  # among the names of what is nowhere to be seen
 ALONE_WIDE = 11  # inches of a page with one evacuation
 MORE_WIDE = 2  # inches that each further one adds
 MOST_HIGH = 5.2  # inches of floors
@@ -180,17 +181,22 @@ class Scene:
         scale.set_box_aspect(None)
         scale.set_position((plan.x1 + 0.15 * across, low, 0.12 * across, high))
 
-    def _tell(self, entries: list[Artist]) -> None:
-        """Make the legend below, of entries labelled as `looks` names them."""
+    def _tell(self, entries: list[Artist], numbers: bool = True) -> None:
+        """Make the legend below, of entries labelled as `looks` names them.
+
+        numbers: of robots on one spot may be seen
+        """
         self.entries = entries
         page.legend(self.figure, entries, ncols=9)
         for text in self.figure.legends[0].get_texts():
-            text.set_text(TOLD.get(text.get_text(), text.get_text()))
+            if numbers and text.get_text() == "robot":
+                text.set_text(NUMBERED)
 
     def leave_out_of_legend(self, names: Collection[str]) -> None:
         """Make the legend again, without these names of what is not to be seen."""
         self.figure.legends[0].remove()
-        self._tell([each for each in self.entries if each.get_label() not in names])
+        left = [each for each in self.entries if each.get_label() not in names]
+        self._tell(left, numbers=NUMBERS not in names)
 
     def show(self, world: World, history: Sequence[Tally], side: int = 0) -> None:
         """Move everything of one evacuation to where it is in a world."""
@@ -279,7 +285,10 @@ class EvacuationPanel:
         drawn = {name: mark.get_xdata() for name, mark in self.marks.items()}
         for mode, crowd in self.people.items():
             drawn[mode.name.lower()] = crowd.get_offsets()
-        return {name for name, places in drawn.items() if not np.size(places)}
+        names = {name for name, places in drawn.items() if not np.size(places)}
+        if not any(np.size(signs[0].get_xdata()) for signs in self.counts.values()):
+            names.add(NUMBERS)
+        return names
 
     def on_page(self, floor: Any, position: Any) -> np.ndarray:
         """Find places on the axes, (2, k), of k floors and (k, 2) metres."""

@@ -5,6 +5,7 @@ the others what stands still is painted once, and only what moved is painted on 
 (blitting); a GIF stores only the pixels that changed.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from errno import EIO
@@ -23,7 +24,14 @@ from reference.fire import NoFire
 from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.drawing import web_film
-from reference.workshop.drawing.evacuation import INKS, STEPS, Scene, history_of, tally
+from reference.workshop.drawing.evacuation import (
+    INKS,
+    NUMBERS,
+    STEPS,
+    Scene,
+    history_of,
+    tally,
+)
 from reference.workshop.drawing.page import palette_of
 from reference.workshop.drawing.web_film import seconds_per_frame
 from reference.workshop.measuring.recording import ticks
@@ -117,6 +125,9 @@ def _names_of_nothing(runs: Sequence[Simulation]) -> set[str]:
     names = set[str]()
     if not any(run.world.robots for run in runs):
         names |= {"robot", "destination"}
+    floors = [Counter(robot.floor for robot in run.world.robots) for run in runs]
+    if all(max(counts.values(), default=0) < 2 for counts in floors):
+        names.add(NUMBERS)
     fires = [run.fire_strategy for run in runs]
     burning = any(run.world.flames.sources for run in runs)
     if not burning and all(type(f) is NoFire and not vars(f) for f in fires):
