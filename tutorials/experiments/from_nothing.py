@@ -127,7 +127,8 @@ def _break_axis(axes, zero, decisions):
     between = np.outer(powers, range(1, 10)).ravel()
     axes.set_xscale("log")
     marked = [power for power in powers if power >= 0.9 * first]
-    axes.set_xticks([zero, *marked], ["0", *(f"{power / MILLION:g}" for power in marked)])
+    labels = [f"{power / MILLION:g}" for power in marked]
+    axes.set_xticks([zero, *marked], ["0", *labels])
     shown = [count for count in between if 0.9 * first < count < 1.1 * last]
     axes.set_xticks(shown, [""] * len(shown), minor=True)
     axes.set_xlabel("million decisions")
