@@ -78,14 +78,21 @@ def test_every_training_and_the_guide_have_a_best_response(tmp_path):
     file = str(SCRIPTS / "tiny.toml")
     main(["experiment", file, "--workers", "0", "--out", "out"])
     asked = (file, "out", "--decisions", "12")
-    head, *rows = told("best_responses.py", *asked)[-4:]
+    head, *rows, less = told("best_responses.py", *asked)[-5:]
     assert head.split()[:2] == ["robots", "trainings"]
     assert [row.split()[:2] for row in rows] == [
         ["random_fire", "2"],
         ["learning", "2"],
         ["escort", "2"],
     ]
+    assert less.startswith("learning less random_fire: ")
     made = tmp_path / "out" / "best_responses" / "12"
+    kept = read_json(made / "best_responses.json")
+    assert {arm: np.shape(shares) for arm, shares in kept.items()} == {
+        "random_fire": (2, 2),
+        "learning": (2, 2),
+        "escort": (2, 2),
+    }
     assert len([*made.glob("*/checkpoint-*.pt")]) >= 6
 
 

@@ -9,7 +9,8 @@ a league, 20,000.  One is made for each finished training, and for `escort`; the
 meet the one made for them, on the seeds of the experiment's tests.
 
 Whatever is finished is kept, each number of decisions apart; the same command goes on.
-A training takes some four minutes of a core.
+A training takes some four minutes of a core.  At the end best_responses.json beside
+them has the survivors of each training in each evacuation, in per cent.
 """
 
 import sys
@@ -65,6 +66,22 @@ def rows_of(experiment, decisions):
     return {**experiment.settings, "fire": {**own, **FIRE, "max_steps": decisions}}
 
 
+def table(survival):
+    """Survivors of each arm, and how many more than with the guide."""
+    rows = [["robots", "trainings", "survivors, %", "less " + GUIDE]]
+    for arm, values in survival.items():
+        own = interval_over_trainings(np.array(values))
+        more = less(survival, arm, GUIDE) if arm != GUIDE else ""
+        rows.append([arm, str(len(values)), format_interval(own, 1, ends=True), more])
+    return align_columns(rows, "<>>>")
+
+
+def less(survival, one, other):
+    """How many points more survive with one arm than with another."""
+    both = (np.array(survival[arm]) for arm in (one, other))
+    return format_interval(interval_over_trainings(*both), 1, ends=True)
+
+
 def main():
     parser = ArgumentParser(description="Best responses to each training.")
     parser.add_argument("file", type=Path, help="the experiment's TOML")
@@ -91,18 +108,12 @@ def main():
         shares = [100 * run.survival for run in runs]
         survival.setdefault(arm_of(name), []).append(shares)
 
-    rows = [["robots", "trainings", "survivors, %", "less " + GUIDE]]
-    guides = np.array(survival[GUIDE])
-    for arm, values in survival.items():
-        own = interval_over_trainings(np.array(values))
-        row = [arm, str(len(values)), format_interval(own, 1, ends=True)]
-        if arm != GUIDE:
-            less = interval_over_trainings(np.array(values), guides)
-            row.append(format_interval(less, 1, ends=True))
-        else:
-            row.append("")
-        rows.append(row)
-    print(align_columns(rows, "<>>>"))
+    kept = asked.folder / "best_responses" / str(asked.decisions)
+    write_json(kept / "best_responses.json", survival)
+    print(table(survival))
+    for one, other in experiment.compare:
+        if {one, other} <= {*survival}:
+            print(f"{one} less {other}: {less(survival, one, other)}")
 
 
 if __name__ == "__main__":
