@@ -156,6 +156,8 @@ def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
 def _place_robots(building: Building, per_floor: int, people: int) -> list[Robot]:
     """Put a team on each floor, a robot at each stairwell in turn [C2].
 
+    On a floor without stairwells at each room in turn.
+
     Robots hinder nobody [C7, chosen]: they and people walk through each other. Their
     numbers follow those of people, so that who follows whom is one number.
     """
@@ -164,8 +166,8 @@ def _place_robots(building: Building, per_floor: int, people: int) -> list[Robot
     for floor in range(building.floors):
         wells = [s.centre for s in building.stairwells if floor in s.areas]
         posts = wells or [room.centre for room in building.rooms(floor)]
-        for team in range(per_floor):
-            p = nav.nearest_free(floor, *posts[team % len(posts)])
+        for number in range(per_floor):
+            p = nav.nearest_free(floor, *posts[number % len(posts)])
             body = people + len(robots)
-            robots.append(Robot(body, floor, team, nav.centres[p].copy(), p))
+            robots.append(Robot(body, floor, number, nav.centres[p].copy(), p))
     return robots

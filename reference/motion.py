@@ -54,7 +54,7 @@ class Pairs(NamedTuple):
 def neighbours(
     position: np.ndarray, floor: np.ndarray, pace: np.ndarray, seconds: float
 ) -> np.ndarray:
-    """(2, k) bodies on the same floor that are near each other, each pair once.
+    """(2, k / 2) bodies on the same floor that are near each other, each pair once.
 
     Sorted: the lower number of a pair comes first, and pairs with lower numbers do. So
     sums over neighbours do not depend on the tree, which finds pairs in any order.
@@ -132,7 +132,8 @@ def _pairs(near: np.ndarray, position: np.ndarray, heading: Heading) -> Pairs:
 
     to_j, apart = _directions(position.take(j, 0) - position.take(i, 0))
     facing = _along(heading.e.take(i, 0), heading.e.take(j, 0)) < -TOWARDS
-    facing &= far_i + far_j > apart + paper.body_diameter()  # together they go farther
+    # only where the ways to go add up to more than the gap: they would meet
+    facing &= far_i + far_j > apart + paper.body_diameter()
     least_apart = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
     return Pairs(i, j, to_j, apart, least_apart, facing, yields)
 
@@ -244,8 +245,8 @@ def _shuffle(
     meets = np.isin(who, pairs.i[met])
     way = e[who]
     way[meets] = _turned(way[meets], -paper.SHUFFLE_RIGHT)
-    # Half of a turn, which is made twice: of so short an arc all angles are nearly as
-    # frequent.
+    # A random turn without cos and sin, see `_turned`: a uniform tangent gives nearly
+    # uniform angles only for small ones, so half of the turn is drawn and made twice.
     half = paper.SHUFFLE_TURN * rng.uniform(-1, 1, len(who))
     tried = moved.copy()
     tried[who] += stride * _turned(_turned(way, half), half)

@@ -23,7 +23,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.world import World
 
-LEAST_METRES = 1e-9  # of any way, in its own area: no row of shares sums to 0 then
+LEAST_METRES = 1e-9  # added to each way, so that shares of a way of 0 m are defined
 
 
 def hardest() -> float:
@@ -62,9 +62,9 @@ def difficulty(
       are cut for good at t, that makes x = (1 - t/T)².
 
     Without fire x = 0; if no way is ever open x = 1. A way counts as open again when
-    what closed it has burnt out [D7], so all of a building burning at once is worth
-    0.36 at most, h = 2312, from 0 s on: for more, fires must take turns. More burning
-    cells, the others as before, never lower h.
+    what closed it has burnt out [D7]. If all of a building burnt at once, from 0 s on,
+    x would be 0.36 and h 2312: for more, fires must take turns. More burning cells, the
+    others as before, never lower h.
 
     The root is there because Eq. 8 squares h: on the paper's ruler the fire's part of E
     is x itself [F11, chosen].

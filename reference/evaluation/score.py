@@ -96,7 +96,8 @@ def calibrate(
     worst, best  the critical points, (reward, y) each: b and c
     equal        two cases that are to score alike: k = (h₂² − h₁²) / (α²(y₁ − y₂))
     baseline     the cases that are to score 1 on average: β, their mean e′
-    Raises RulerError unless the case with less reward had the harder fires.
+    Raises RulerError unless the case with less reward had the harder fires, or as
+    `base_and_control`.
     """
     b, c = base_and_control(worst, best)
     unit = Ruler(paper.ALPHA, b, c, k=1.0, beta=1.0)
@@ -104,7 +105,10 @@ def calibrate(
     harder = unit.difficulty_part(h_2) - unit.difficulty_part(h_1)
     richer = unit.reward_part(R_1) - unit.reward_part(R_2)
     if not (harder > 0 and richer > 0):
-        raise RulerError("of two equal cases the one with less reward had harder fires")
+        raise RulerError(
+            "these two cases cannot score alike: they do only where the one with less "
+            "reward had harder fires"
+        )
     ruler = replace(unit, k=harder / richer)
     beta = float(np.mean([ruler.score(*case) for case in baseline]))
     return replace(ruler, beta=beta)

@@ -1,7 +1,8 @@
 """Encode what a side observes for its network, and decode the network's actions.
 
-Both are as in the paper.  Decoded actions are decisions in metres, float64; only
-`Environment.step` takes actions from the box [-1, 1].  Here and in `learning`, a file
+Both are as in the paper, but for the fire's numbers, which are scaled [E4, deviation].
+Decoded actions are decisions in metres, float64; only `Environment.step` takes actions
+from the box [-1, 1].  Here and in `learning`, a file
 beside E3, such as torch/utils.py, is one of ML-Agents' package `mlagents.trainers`.
 
     S    moments;  G  agents of a side: all robots, or one fire
@@ -28,7 +29,7 @@ from reference.paper import Scenario
 from reference.world import World
 
 AXES = 2  # [C5] [D2] continuous numbers: x and y
-RAW_LIMIT = 3.0  # [E3, torch/action_model.py] raw actions are clipped to ±3, then / 3
+RAW_LIMIT = 3.0  # [E3, torch/agent_action.py] raw actions are clipped to ±3, then / 3
 
 
 @dataclass(frozen=True)

@@ -113,9 +113,10 @@ def minibatches(
 ) -> Iterator[Decisions]:
     """Shuffle group decisions into minibatches of about batch_size steps each.
 
-    There are as many as there are whole batches of steps; the tail is dropped. A batch
-    smaller than the group still holds one group decision. These are counted whole: with
-    six agents a batch of 16 steps is 2 decisions, 12 steps, and a quarter is left out.
+    Each has as many group decisions as fit into batch_size by the mean number of agents
+    that decide, but at least one. There are as many minibatches as there are whole
+    batches of steps, and the rest is dropped. Since decisions are not split, it may be
+    much: with six agents 16 steps make 2 decisions, 12 steps, and a quarter is dropped.
     """
     steps = int(decisions.alive.sum())
     size = max(1, len(decisions) * batch_size // max(1, steps))

@@ -20,7 +20,7 @@ from reference.game.codec import Sizes
 from reference.game.observations import GRID_KINDS
 from reference.learning.settings import TrainerSettings
 
-MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are clipped there
+MOST_DEVIATIONS = 5.0  # [E3, torch/encoders.py] normalised inputs are clipped there
 RELU_GAIN = 1.41  # [E3, torch/encoders.py] of the layer after the convolutions
 MEAN_GAIN = 0.2  # [E3, torch/distributions.py] a new policy hardly has a preference
 BRANCH_GAIN = 0.1  # [E3, torch/distributions.py]

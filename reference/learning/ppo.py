@@ -296,6 +296,8 @@ class Learner:
 #   round that reaches `max_steps`, the original at the first step beyond;
 # * agents cut off by time are bootstrapped, as in the original, but not a fire that has
 #   lit its last source: it has nothing left to do, and no value was learned for that;
+#   a robot that finishes in the step that cuts off its mates is bootstrapped, too (the
+#   original takes mates cut off for done: 0);
 # * beta_schedule and epsilon_schedule that a file leaves unset are the learning rate's,
 #   as the original documents (its code takes "linear", unless `trainer_type` stands
 #   before the hyperparameters in the file);

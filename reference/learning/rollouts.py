@@ -103,8 +103,9 @@ class _RunningEpisode:
     agents     strategies of both sides; a player's does what `choose` says
     paid       how many events rewards have been paid for
     decisions  of the robots, so far
-    there      (R,) bool, robots that observe the next step
-    seen       (R, V), what each robot observed last
+    observing  (R,) bool, robots whose next observation counts: those that acted last.
+               So who finishes is observed once more, and keeps that
+    seen       (R, size of the layout), what each robot observed last
     rngs       by side, for sampling; beside the simulation's own
     records    by recorded side, its decisions and their rewards
     """
@@ -124,7 +125,7 @@ class _RunningEpisode:
         }
         self.paid = 0
         self.decisions = 0
-        self.there = np.ones(len(run.world.robots), dtype=bool)
+        self.observing = np.ones(len(run.world.robots), dtype=bool)
         self.seen = np.zeros((), dtype=np.float32)
         self.rngs = {
             side: np.random.default_rng([seed, k]) for k, side in enumerate(SIDES, 1)
@@ -146,9 +147,10 @@ class _RunningEpisode:
         """
         acting = self.acting(side)
         if side == "robots":
-            vectors = np.where(self.there[:, None], vectors, self.seen)
+            vectors = np.where(self.observing[:, None], vectors, self.seen)
             self.seen = vectors
-            self.there = acting | (self.decisions == 0)  # all take the first
+            # all robots take part in the first step, as in `Environment.reset`
+            self.observing = acting | (self.decisions == 0)
         return Moment(
             vectors=vectors,
             alive=acting,

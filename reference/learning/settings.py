@@ -28,7 +28,7 @@ class TrainerSettings:
     """One side's table [E1] [E2], and our scale; a step is one agent's decision."""
 
     trainer_type: str  # "poca", a group, or "ppo", each alone
-    batch_size: int  # steps of a minibatch ...
+    batch_size: int  # steps of a minibatch
     buffer_size: int  # steps: once more of them wait, an update uses all
     learning_rate: float
     learning_rate_schedule: str  # "linear", to a floor at max_steps, or "constant"
@@ -36,7 +36,7 @@ class TrainerSettings:
     beta_schedule: str
     epsilon: float  # clip
     epsilon_schedule: str
-    lambd: float  # of the λ-returns
+    lambd: float  # λ: of PPO's GAE, of MA-POCA's λ-returns
     num_epoch: int  # times an update goes through the buffer
     vis_encode_type: str  # "simple": two convolutions
     normalize: bool  # the numbers observed; the grid never is
@@ -47,7 +47,7 @@ class TrainerSettings:
     keep_checkpoints: int
     checkpoint_interval: int  # steps
     max_steps: int
-    time_horizon: int  # decisions of a trajectory, at most
+    time_horizon: int  # decisions of one agent's segment, at most: see `segments`
     summary_freq: int  # steps
     reward_scale: float = REWARD_SCALE
 

@@ -129,7 +129,7 @@ class RobotView:
     def __init__(
         self, codec: PolicyCodec, vectors: np.ndarray, headed: np.ndarray, masks: bool
     ):
-        """vectors (B, V): observed; headed (B, 2): see `robot_destinations`.
+        """vectors (B, layout.size): observed; headed (B, 2): `robot_destinations`.
 
         masks: forbid what helps nobody, see `helpful`.
         """
@@ -245,8 +245,13 @@ class RobotView:
     def helpful(self) -> np.ndarray:
         """(B, K) bool: False masks useless anchors.
 
-        Useless are ways out while nobody follows, and the old destination once nobody
-        lost is near it. Rims never are: who guards a way out [D6] leads nobody.
+        Ways out help a robot that leads somebody. The old destination (KEEP) helps
+
+        * if it is a way out: while the robot leads somebody;
+        * if it is a foot of stairs or a rim: always, since it waits or guards there;
+        * elsewhere: while somebody lost is within ASTRAY of it.
+
+        All other anchors help. Rims do: who guards a way out [D6] leads nobody.
         """
         leads = self.mine.any(axis=1)
         helps = np.ones_like(self.allowed)
@@ -263,7 +268,7 @@ class RobotView:
         return helps
 
     def numbers(self) -> np.ndarray:
-        """(B, V) float32: anchors, people, robots, mates first, fires, counts, time."""
+        """(B, V) float32, what a network reads; in the order of `parts`."""
         known = self._points_from_me()
         each = np.arange(len(known))[:, None]
         floors = np.arange(len(self.map.free))

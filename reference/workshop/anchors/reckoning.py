@@ -33,12 +33,12 @@ class CostsNow:
         self,
         building: Building,
         ways: MarksOfWays,
-        calm: Mapping[int, np.ndarray],
+        unburnt: Mapping[int, np.ndarray],
         flames: Sequence[Flames | None],
     ):
         """ways: of each floor, the landmarks of each of its k ways out.
 
-        calm: `ways_outside` without flames;  flames: of each world, None for none
+        unburnt: `ways_outside` without flames;  flames: of each world, None for none
         """
         self.nav = navigation_of(building)
         self.flames = flames
@@ -48,7 +48,7 @@ class CostsNow:
         self.outside = np.full((len(flames), self.nav.places), FARTHEST)
         for s, one in enumerate(flames):
             cost = risk(building, one) if one else None
-            found = calm if cost is None else ways_outside(building, cost)
+            found = unburnt if cost is None else ways_outside(building, cost)
             _note_least(self.outside[s], found.values())
             for floor, here in enumerate(ways):
                 mine = slice(floor * size, (floor + 1) * size)
@@ -57,15 +57,15 @@ class CostsNow:
                     _note_least(self.by_way[s, floor, k], through)
 
     def to_places(
-        self, world: int, start: int, goals: np.ndarray, calm: np.ndarray
+        self, world: int, start: int, goals: np.ndarray, unburnt: np.ndarray
     ) -> np.ndarray:
         """Measure metres to goals (K,) of the same floor, round flames, as robots walk.
 
-        calm: (K,) the same without flames
+        unburnt: (K,) the same metres without flames
         """
         flames = self.flames[world]
         if flames is None or not flames.burning[start // self.nav.floor_size].any():
-            return calm
+            return unburnt
         return self.nav.distances([start], flames.cost)[goals]
 
 

@@ -5,7 +5,8 @@ whatever the building, so one network scores the places of all buildings. All of
 computed from what the fire observes [D1] and the map.
 
 Its anchors are places to light: for each exit, entrance and door the cell nearest to it
-that is free as far as the fire sees, and the cells that most people are about to cross.
+that is free as far as the fire sees and not within LIT of a source, and of such cells
+those that most people are about to cross.
 
     S   worlds;  K  anchors;  m  of them at landmarks;  N  numbers of an element
     n   people;  R  robots;  F  sources;  p  place;  way  metres on foot
@@ -146,7 +147,7 @@ class FireView:
     """
 
     def __init__(self, codec: PolicyCodec, vector: np.ndarray, burning: np.ndarray):
-        """vector (V,): observed; burning (places,) bool: the grid's flames."""
+        """vector (layout.size,): observed;  burning (places,) bool: the grid's."""
         building = codec.building
         self.building = building
         self.scenario = codec.scenario

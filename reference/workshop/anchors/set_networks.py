@@ -71,7 +71,8 @@ class PooledSet(nn.Module):
         An element's last number is 1 if it is there.
         """
         present = elements[..., -1:]
-        # What is not there is 0, and nothing is less.
+        # Absent elements become 0. After relu nothing is less, so they add nothing to
+        # the sum and never are the greatest.
         x = functional.relu(self.layer(elements)) * present
         mean = x.sum(dim=-2) / present.sum(dim=-2).clamp(min=1)
         return torch.cat([mean, x.amax(dim=-2)], dim=-1)

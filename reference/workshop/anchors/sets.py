@@ -7,7 +7,7 @@ where robots are headed; numbers are scaled by hand to be of order one.
 
     S   worlds;  G  robots of each;  B  robots of all worlds, S x G;  M  mates, G - 1
     K   anchors;  m  marks, the anchors that the map knows;  n  people
-    F   cells that burn on a robot's floor;  p  place
+    F   fire sources;  k  cells that burn on a robot's floor;  p  place
     way, near, lost  as in `frame`
 """
 
@@ -110,7 +110,7 @@ class SetView(RobotView):
         masks: bool,
         flames: Sequence[Flames | None],
     ):
-        """vectors (B, V), headed (B, 2): of all robots of all worlds.
+        """vectors (B, layout.size), headed (B, 2): of all robots of all worlds.
 
         masks: as `RobotView`;  flames: of each world, None for none
         """
@@ -183,7 +183,7 @@ class SetView(RobotView):
         self.to = self.way.astype(float)
         for b in np.flatnonzero(self.there[:, self.of_robots][:, 0]):
             self.to[b] = costs.to_places(
-                world[b], self.place[b], self.at[b], calm=self.to[b]
+                world[b], self.place[b], self.at[b], unburnt=self.to[b]
             )
         self.total = np.minimum(self.to + self.out, FARTHEST)
         outs = costs.by_way[world, self.floor, :, self.place % self.map.nav.floor_size]
@@ -372,7 +372,7 @@ class SetView(RobotView):
         return SLACK / (SLACK + slack), nearness(near)
 
     def _burning_here(self) -> tuple[np.ndarray, np.ndarray]:
-        """(B, F) places that burn on my floor, and which of them are meant."""
+        """(B, k) places that burn on my floor; (B, k) bool, False for mere padding."""
         floors = self.map.nav.floors
         world, place = np.nonzero(self.burning)
         storey = world * floors + place // self.map.nav.floor_size

@@ -173,7 +173,7 @@ class RobotsFrame(PolicyCodec):
     def _view(
         self, vectors: np.ndarray, headed: np.ndarray, flames: Sequence[Flames | None]
     ) -> RobotView:
-        """vectors (B, V), headed (B, 2): of all robots;  flames: of each world."""
+        """vectors (B, layout.size), headed (B, 2): of all robots; flames: by world."""
         return RobotView(self, vectors, headed, self.settings.masks)
 
     @property

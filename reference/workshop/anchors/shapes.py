@@ -17,17 +17,18 @@ BLAZE = 10.0  # burning cells; so many are half of very many
 
 
 class SetShapes(NamedTuple):
-    """(elements, numbers of each) of what a robot reads, in this order.
+    """(elements, numbers of each) of what an agent reads, in this order.
 
     The numbers of an element do not depend on the building. The last number of each
-    is 1 for elements that are there. Before them stand x and y of each anchor and 1
-    for each that may be chosen; after them `counts` further numbers, and at last how
-    many elements there are of each set: so numbers of any building can be taken apart.
+    is 1 for elements that are there. Before them stand the C numbers of each anchor,
+    x and y, the fire's after a storey, and 1 for each that may be chosen; after them
+    `counts` further numbers, and at last how many elements there are of each set: so
+    numbers of any building can be taken apart.
     """
 
     anchors: tuple[int, int]
     people: tuple[int, int]
-    mates: tuple[int, int]
+    mates: tuple[int, int]  # for the fire: all robots
     fires: tuple[int, int]
     counts: int
 

@@ -64,9 +64,15 @@ class Guard:
         return destinations
 
     def _was_awaited(self, number: int, source: FireLit) -> bool:
-        """Was it lit where it was awaited, or far away since a robot stood there?"""
+        """Does a source fit a fire that repeats itself?
+
+        If nobody stood in the awaited cell, it must be lit there. If a robot did, it
+        must not be lit within BESIDE: a fire that avoids the guard is no such fire.
+        """
+        if number not in self._awaited:
+            return True
         lit = source.floor, source.x, source.y
-        awaited, stood = self._awaited.get(number, (lit, False))
+        awaited, stood = self._awaited[number]
         if not stood:
             return lit == awaited
         return lit[0] != awaited[0] or distance(lit[1:], awaited[1:]) > BESIDE

@@ -77,7 +77,7 @@ class Patrol:
 def _stops_of(building: Building, robot: Robot, mates: int) -> list[Destination]:
     """List room, nearest way out, next room, ...; mates start at different rooms.
 
-    [C5] Of a room: the cell nearest to its centre, if possible one that Eq. 1 leaves
+    [C6] Of a room: the cell nearest to its centre, if possible one that Eq. 1 leaves
     alone.
     """
     floor = robot.floor
@@ -89,8 +89,8 @@ def _stops_of(building: Building, robot: Robot, mates: int) -> list[Destination]
     stops: list[Destination] = []
     for room in rooms[first:] + rooms[:first]:
         cells = [building.metres(*cell) for cell in room.cells.tolist()]
-        calm = [to for to in cells if actual_target(building, floor, *to) == to]
-        middle = min(calm or cells, key=partial(distance, room.centre))
+        kept = [spot for spot in cells if actual_target(building, floor, *spot) == spot]
+        middle = min(kept or cells, key=partial(distance, room.centre))
         stops += [middle, min(exits, key=partial(distance, middle))]
     return stops
 
@@ -231,8 +231,8 @@ def decide_in_turn(
 def choose(found: Iterable[Group], way: Way, led: int, detour: float) -> Group | None:
     """Choose the group to fetch before leading out; None to lead out at once.
 
-    It is what saves most people per metre, the way out included.
-    detour: metres, summed over those led, for each person fetched; never more
+    It is what saves most people per metre, the way out included. The detour, times
+    those who are led, may be at most `detour` metres for each person fetched.
     """
     if led >= FULL:
         return None
@@ -242,9 +242,9 @@ def choose(found: Iterable[Group], way: Way, led: int, detour: float) -> Group |
         count = int(np.count_nonzero(group.people))
         out = float(way.metres[group.place])
         rate = (led + count) / (TRIP + group.metres + out)
-        extra = group.metres + out - way.here
-        near = led * extra <= detour * count
-        if rate > most and (near or not led):
+        extra = group.metres + out - way.here  # nan or inf where a way is cut
+        short = not led or led * extra <= detour * count
+        if rate > most and short:
             best = group
             most = rate
     return best
@@ -325,9 +325,9 @@ def metres_from(world: World, robot: Robot) -> np.ndarray:
 
 
 def risk(building: Building, flames: Flames) -> np.ndarray | None:
-    """Raise the cost of a metre where flames are or will be soon: (places,) metres.
+    """Weigh a metre in each place: dearer where flames are or may be soon, (places,).
 
-    None without flames.
+    A factor, 1 far from flames. None without flames.
     """
     if not flames.burning.any():
         return None
@@ -341,7 +341,11 @@ def risk(building: Building, flames: Flames) -> np.ndarray | None:
 
 
 def station(world: World, robot: Robot) -> Destination | None:
-    """Choose where to wait: before the stairwell that most people come down."""
+    """Choose where to wait: before the stairwell that most people come down.
+
+    While nobody comes, mates share the stairwells by their numbers. None, stay, where
+    no stairs end.
+    """
     wells = stairs_that_end(world.building, robot.floor)
     if not wells:
         return None
@@ -354,9 +358,10 @@ def station(world: World, robot: Robot) -> Destination | None:
 def guided_by(world: World) -> np.ndarray:
     """Find the head of each human's chain of leaders: bodies (n,), -1 for leaders."""
     leader = world.bodies.leader
-    leader_of = np.append(leader, NOBODY)  # robots, like nobody, have no leader
+    # One more: robots, whose numbers follow people's, and NOBODY, -1, have no leader.
+    leader_of = np.append(leader, NOBODY)
     head = leader
-    for _ in leader:  # a chain of leaders has no more links
+    for _ in leader:  # a chain has at most as many links as there are people
         above = leader_of[np.minimum(head, len(leader))]
         if (above < 0).all():
             break
@@ -392,6 +397,7 @@ def as_observed(world: World) -> World:
 def unguided(world: World) -> np.ndarray:
     """Mark people on floors, led by no robot and headed for no way out: (n,) bool."""
     bodies = world.bodies
+    # one more for NOWHERE, -1: who heads for no landmark
     leads_out = np.array([m.leads_out for m in world.building.landmarks] + [False])
     led = guided_by(world) >= len(bodies)
     return bodies.walking & ~led & ~leads_out[bodies.landmark]

@@ -195,10 +195,10 @@ def guess_guides(
     robots (..., R), people (..., n): places; at_work (..., R), walking (..., n) bool.
     headed (..., R): places where robots go, or where they stand; None: nobody knows.
     It is the nearest robot at work, if that is within SIGHT_RANGE, measured on foot and
-    without flames; robots do not observe whether people see farther. Who follows a
-    robot under way walks BEHIND it: of several robots in sight, one that comes towards
-    somebody is the guess only if all do. In the paper's building 95 of 100 guesses are
-    right, of eight robots in a small office 60 (52 by the nearest alone).
+    without flames; robots do not observe whether people see farther. A follower walks
+    behind its robot, seen from where that goes. So a robot that has somebody in front
+    is the guess only if all robots in sight have. In the paper's building 95 of 100
+    guesses are right, of eight robots in a small office 60 (52 by the nearest alone).
     """
     if not robots.shape[-1]:
         return np.full(people.shape, NOBODY)
@@ -206,9 +206,13 @@ def guess_guides(
     way = metres_between(nav, robots[..., None], people)
     in_sight = at_work[..., None] & (way <= paper.SIGHT_RANGE)
     if headed is not None:
-        left = metres_between(nav, headed, robots)[..., None]
-        ahead = metres_between(nav, headed[..., None], people) < left + BEHIND
-        way = np.where((left > 0) & ahead, way + paper.SIGHT_RANGE, way)
+        # metres that robots, and people, have to where a robot goes
+        robot_to_go = metres_between(nav, headed, robots)[..., None]
+        person_to_go = metres_between(nav, headed[..., None], people)
+        under_way = robot_to_go > 0
+        in_front = person_to_go < robot_to_go + BEHIND
+        # farther than any other robot in sight, so the last choice
+        way = np.where(under_way & in_front, way + paper.SIGHT_RANGE, way)
     led = walking & in_sight.any(axis=-2)
     return np.where(led, np.where(in_sight, way, np.inf).argmin(axis=-2), NOBODY)
 

@@ -38,10 +38,8 @@ class Gradients:
     """
 
     episodes: int
-    totals: list[Tensor]
-    """Σ g, for each weight."""
-    squares: Tensor
-    """Σ |g|², of all weights."""
+    totals: list[Tensor]  # sum of g over episodes, of the shape of each weight
+    squares: Tensor  # (), sum of |g|² over episodes; |g|² is over all weights
 
     def __add__(self, others: "Gradients") -> "Gradients":
         """Both together."""
@@ -64,10 +62,11 @@ class Gradients:
         N = self.episodes
         if N < 2:
             return torch.full((), torch.nan)
-        whole = torch.stack([g.square().sum() for g in self.totals]).sum()
-        S = (self.squares - whole / N) / (N - 1)  # whole: N² |mean g|²
-        # both N times as large: |mean g|², and the noise S that it contains
-        return ((whole / N) / S - 1) * (episodes / N)
+        square_of_sum = torch.stack([g.square().sum() for g in self.totals]).sum()
+        square_of_mean = square_of_sum / N**2  # |mean g|²
+        S = (self.squares - N * square_of_mean) / (N - 1)
+        signal = square_of_mean - S / N  # |E g|²
+        return signal / (S / episodes)
 
 
 def measure_gradients(learner: Learner) -> Gradients:

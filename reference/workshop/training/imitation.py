@@ -23,7 +23,7 @@ from reference.game.observations import from_normalised
 from reference.learning.experience import Decisions, Record, Trajectory, decisions_of
 from reference.learning.players import LearnedNetwork, Player
 from reference.learning.ppo import Learner
-from reference.learning.settings import Side
+from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
 from reference.robots import RobotStrategy, actual_target
 from reference.workshop.anchors.frame import (
@@ -59,8 +59,16 @@ class Demonstration(LearnedNetwork):
 class _Teacher(Player):
     """Robots guided by a strategy, a fresh one in each episode, or by its pupil."""
 
-    def __init__(self, name: str, pupil: Player | None, *learner: Any):
-        super().__init__(*learner)
+    def __init__(
+        self,
+        name: str,
+        pupil: Player | None,
+        side: Side,
+        building: Building,
+        scenario: Scenario,
+        settings: TrainerSettings,
+    ):
+        super().__init__(side, building, scenario, settings)
         self.name = name
         self.pupil = pupil
         self.guides: dict[int, tuple[RobotStrategy, np.random.Generator]] = {}

@@ -132,7 +132,10 @@ class Training:
         return not self.left
 
     def learning(self) -> list[Side]:
-        """The sides that learn in this round: those below their max_steps."""
+        """The sides that learn in this round: those below their max_steps.
+
+        A fire that learns waits while robots learn without fires, see `calm`.
+        """
         sides: list[Side] = []
         for side, learner in self.learners.items():
             waits = side == "fire" and self.calm
@@ -255,12 +258,13 @@ class Training:
         """
         if not _due(job, self.settings.league):
             return {}
-        turn = int(job * self.settings.league)
+        turn = int(job * self.settings.league)  # league jobs before this one
         side = SIDES[turn % 2] if "fire" in self.learning() else "fire"
         versions = self.versions[side]
         past = [weights for number, weights in versions.items() if number < self.round]
         if not past:
             return {}
+        # each side has every other turn, and goes through its versions in them
         weights = past[turn // 2 % len(past)]
         return {
             side: _player(side, LearnedNetwork(getattr(self.settings, side), weights))
@@ -327,8 +331,9 @@ class Training:
         """Update a learner.
 
         [E1, chosen] The weights of a policy that was copied, or that learned elsewhere,
-        stay as they are for `critic_rounds` and at least one update; only its critic
-        learns then. Where a round has too few steps, nothing is updated in many.
+        stay as they are in the first `critic_rounds`; only its critic learns then. The
+        first update is the critic's alone even if it comes later, as it may where the
+        buffer takes many rounds to fill. With 0 critic_rounds both learn at once.
         """
         learner = self.learners[side]
         # before the update, which empties the buffer
@@ -337,8 +342,8 @@ class Training:
         given = copied or side in self.task.initial
         never_updated = not learner.optimiser.state
         rounds = self.settings.critic_rounds
-        alone = given and rounds > 0 and (never_updated or self.round < rounds)
-        learner.actor.requires_grad_(not alone)
+        critic_alone = given and rounds > 0 and (never_updated or self.round < rounds)
+        learner.actor.requires_grad_(not critic_alone)
         with torch_threads(self.settings.threads):
             update = learner.update()
         learner.actor.requires_grad_(True)
@@ -471,8 +476,11 @@ class Training:
 
 
 def _due(job: int, share: float) -> bool:
-    """Whether a job is one of a share of all, evenly spread."""
-    # As often as the whole part of share × jobs grows: no draws, no luck.
+    """Whether a job is one of a share of all, evenly spread.
+
+    It is where the whole part of share × jobs grows: with 0.4 jobs 2, 4, 7, 9, ... No
+    draws, so no luck.
+    """
     return int((job + 1) * share) > int(job * share)
 
 
