@@ -86,7 +86,8 @@ def table(of_rounds, updates):
     for lambd, rounds in of_rounds.items():
         for size in updates:
             found, error = estimate(rounds, size)
-            rows.append([str(lambd), f"{size:,}", f"{found:.3f}", f"{error:.3f}"])
+            ratio = round(found, 3) + 0  # no sign where it is 0
+            rows.append([str(lambd), f"{size:,}", f"{ratio:.3f}", f"{error:.3f}"])
     return align_columns(rows, ">>>>")
 
 
