@@ -699,12 +699,12 @@ def test_a_gif_has_a_frame_for_every_instant_and_ends_with_the_page(
     assert (off < 24).mean() > 0.995
 
 
-def test_a_gif_has_the_inks_of_pictures(tmp_path):
+def test_a_gif_has_the_inks_of_pictures(scenes, tmp_path):
     """To the bit, as its legend shows: white is no pale yellow."""
     run = evacuation(0.2)
     drawing.animate([run], tmp_path / "film.gif")
     (first, *_), _ = frames(tmp_path / "film.gif")
-    scene = scene_of(run.world)
+    (scene,) = scenes
     page = film.painter(scene)()[..., :3]
     legend = slice(-int(scene.figure.legends[0].get_window_extent().y1), None)
     inks = ["#ffffff", *COLOURS.values(), *INKS.values(), *STEPS]

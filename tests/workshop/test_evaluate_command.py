@@ -85,7 +85,7 @@ def test_robots_may_observe_with_errors(capsys):
     alone = "--people 1 --fire none --episodes 1 --out eval"
     assert main(f"{SMALL} {alone} --errors 3".split()) == 0
     title = capsys.readouterr().out.splitlines()[0]
-    assert ", 1 people, errors of observation up to 3 m: 1 robots" in title
+    assert ", 1 people, errors of observation up to 3 m: 1 robot strategy" in title
     assert main(f"{AGAIN} --errors 1".split()) == 2
     assert "--errors: a resumed run keeps its options" in capsys.readouterr().err
 

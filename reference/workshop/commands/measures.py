@@ -97,9 +97,7 @@ def bench(arguments: Namespace) -> None:
 
     name = "paper" if arguments.building is None else arguments.building
     report = bench.measure_speed(name, arguments.seed or 0)
-    rows: list[tuple[float | str | None, ...]] = [
-        ("what", "of what", "book", "engine", "times")
-    ]
+    rows: list[tuple[str, ...]] = [("what", "of what", "book", "engine", "times")]
     for what, cases in report.items():
         words = what.replace("_", " ")
         rows += [(words, case, *_columns(figures)) for case, figures in cases.items()]
@@ -108,10 +106,10 @@ def bench(arguments: Namespace) -> None:
         print_note(f"The engine stands aside, so its column is empty: {why}.")
 
 
-def _columns(figures: dict[str, float | None]) -> tuple[float | str | None, ...]:
+def _columns(figures: dict[str, float | None]) -> tuple[str, ...]:
     """Write three digits of the book's figure, the engine's, and how many times."""
     rounded = {
-        player: None if value is None else float(f"{value:.3g}")
+        player: format_figure(None if value is None else float(f"{value:.3g}"))
         for player, value in figures.items()
     }
     if "both" in figures:
@@ -121,7 +119,7 @@ def _columns(figures: dict[str, float | None]) -> tuple[float | str | None, ...]
     times = ""
     if book and engine:
         times = f"{max(book, engine) / min(book, engine):.1f}"
-    return rounded.get("book"), rounded["engine"], times
+    return rounded.get("book", format_figure(None)), rounded["engine"], times
 
 
 @options.command(
