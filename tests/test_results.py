@@ -19,6 +19,7 @@ from reference.workshop.comparing.intervals import (
     Interval,
     format_interval,
     interval_of_mean,
+    interval_over_trainings,
 )
 
 CELLS = {
@@ -279,6 +280,33 @@ def lines_of_league() -> list[str]:
     return rows
 
 
+def lines_of_best_responses() -> list[str]:
+    """Survivors of each arm from fires that learned against it; two arms compared."""
+    kept = ROOT / "tutorials" / "tables" / "best_responses.json"
+    survivors = {
+        arm: np.array(shares)
+        for arm, shares in json.loads(kept.read_text(encoding="utf-8")).items()
+    }
+    rows = []
+    for arm, shares in survivors.items():
+        less = ""
+        if arm != "escort":
+            less = over_trainings(shares, survivors["escort"])
+        rows.append(row(f"`{arm}`", [over_trainings(shares), less]))
+    pairs = [("adversary", "scripted"), ("scripted", "scripted_ppo")]
+    rows += [
+        row(f"`{one}` − `{other}`", [over_trainings(survivors[one], survivors[other])])
+        for one, other in pairs
+    ]
+    return [line.replace("|  |", "| |") for line in rows]
+
+
+def over_trainings(*shares: np.ndarray) -> str:
+    """An interval over trainings, as it is printed."""
+    found = interval_over_trainings(*shares)
+    return format_interval(found, 1, ends=True).replace("-", "−")
+
+
 WORTH = [
     {name: cells[name] for name in ("base", "fire", "time", "gain")}
     | {"believed": float(cells["believed"]) > 2 * float(cells["believed_error"])}
@@ -476,6 +504,7 @@ FIRES_ANYWHERE = ("random", "busiest")
         (lines_of_buildings, 4),
         (lines_of_tenths, 14),
         (lines_of_league, 15),
+        (lines_of_best_responses, 8),
         (lines_of_by_age, 6),
         (partial(lines_of_from_nothing, "from_nothing"), 13),
         (partial(lines_of_from_nothing, "from_nothing_again"), 8),
@@ -489,6 +518,7 @@ FIRES_ANYWHERE = ("random", "busiest")
         "buildings",
         "tenths",
         "league",
+        "best responses",
         "by age",
         "from nothing",
         "from nothing again",
