@@ -134,7 +134,7 @@ FRONT_DOOR = {
 
 __all__ = [*FRONT_DOOR]
 
-__version__ = "0.26.0"
+__version__ = "0.27.0"
 
 GAME = 8
 """Increases when rules or numbers of the game change: policies learned in another game
