@@ -1260,7 +1260,7 @@ def test_who_sees_farther_gets_out_no_less():
         out = np.mean([outcome.evacuated / outcome.people for outcome in outcomes])
         assert out > max(saved, default=0) - 0.05
         saved.append(out)
-    told = "{:.0f}, {:.0f}, {:.0f}, {:.0f} and {:.0f} % survive without robots and fire"
+    told = "{:.0f}, {:.0f}, {:.0f}, {:.0f} and {:.0f} |"
     percent = [100 * share for share in saved]
     assert told.format(*percent) in (ROOT / "RESULTS.md").read_text("utf-8")
 
