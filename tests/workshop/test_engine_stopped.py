@@ -46,8 +46,8 @@ def book_at(ticks):
     return book
 
 def interrupted(run, seconds):
-    signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
+        signal.setitimer(signal.ITIMER_REAL, seconds)  # may ring before it returns
         engine.run_to_end([run])
         time.sleep(60)
     except KeyboardInterrupt:
