@@ -150,6 +150,29 @@ def test_a_guard_moves_closer_to_another_cell(tmp_path):
 
 
 @pytest.mark.slow
+def test_the_best_of_many_is_judged_where_it_was_not_chosen(script):
+    """What the choice believed in is told apart, and is no less than nothing."""
+    asked = ("--episodes", "4", "--fire", "fixed", "random")
+    lines = told("what_is_there_to_learn.py", *asked)
+    family = script("what_is_there_to_learn").FAMILY
+    heads = [k for k, line in enumerate(lines) if not line.startswith(" ")]
+    assert [lines[k].split(":")[0] for k in heads] == ["fixed", "random"]
+    for k in heads:
+        best = (
+            lines[k]
+            .split(": ")[1]
+            .removesuffix(" is the best in half of the evacuations")
+        )
+        assert best in family
+        believed = [line for line in lines[k + 1 : k + 3] if "points more than" in line]
+        assert all(float(line.split()[0]) >= 0 for line in believed)
+        assert all(not line.endswith(f"than {best} there") for line in believed)
+
+    found = {"a": np.array([3.0, 3, 0, 0]), "b": np.array([2.0, 2, 9, 9])}
+    assert script("what_is_there_to_learn").best_of(found) == "a"
+
+
+@pytest.mark.slow
 def test_parts_of_the_noise_make_the_whole(tmp_path):
     """In per cent of the variance, under each fire."""
     asked = ("learned", "--fire", "busiest", "random", "--decisions", "2")
