@@ -8,9 +8,10 @@ all that was drawn later. Only what the action itself changes can be learned; th
 state's part is what a critic can foresee.
 
 At a decision drawn at random, a robot's action is drawn some times from its policy, its
-mates' as often, and futures; all combinations are played to their end: crossed random
-effects (Searle, Casella and McCulloch 1992), whose components are estimated without
-bias, so that estimates of one that is 0 lie on both sides of it.
+mates' as often, and futures; until then robots have done what is likeliest. All
+combinations are played to their end: crossed random effects (Searle, Casella and
+McCulloch 1992), whose components are estimated without bias, so that estimates of one
+that is 0 lie on both sides of it.
 
     A, M, F  own actions, actions of the mates, futures;  S  states
 """
