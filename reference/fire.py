@@ -209,7 +209,8 @@ class FireStrategy(Protocol):
         """Floor and metres of the next source, or None for none.
 
         Floors count from 0: what a map calls floor 1 is 0. Where no source may be, it
-        is lit elsewhere, or refused in training [D6].
+        is lit elsewhere, or refused in training [D6]. To measure h [F11] it is asked
+        until its sources are lit, also when nobody is inside any more.
         """
 
 

@@ -32,8 +32,8 @@ torch.set_num_threads(1)  # networks as small as these are quickest on one core
 torch.manual_seed(0)
 
 # %% The environment
-# A fire drill: nothing burns, and whoever is inside after a minute counts as lost
-# health. `fire="none"` is a strategy by its name, so only robots are agents. With
+# A fire drill: nothing burns, and whoever is still inside after a minute earns
+# nothing. `fire="none"` is a strategy by its name, so only robots are agents. With
 # `flat=True` everything is what common learners expect: observations are boxes from -1
 # to 1, and all agents stay to the end. `help("reference.workshop.zoo")` is the page
 # about spaces, units, rewards and who acts when. A tick is 0.5 s instead of 0.2 s,

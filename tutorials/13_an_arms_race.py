@@ -55,15 +55,18 @@ print("the mouth: floor {}, x {}, y {}".format(*mouth))
 #> the mouth: floor 0, x -7.5, y -0.5
 
 # %% Two learners
-# Settings are those of preset `tiny`, made quicker. A fire can choose two places here:
-# the mouth and the cell before the door. Its first decision is read at 10 s. No fire
+# Settings are those of preset `tiny`, made quicker. Only preset `paper` draws from a
+# Gaussian of the whole floor, as in tutorial 8. In all others a network first chooses
+# an anchor, a place that matters, then draws around it. A fire's anchors are the cells
+# beside exits, stairwells and doors. Here it can choose two: the mouth and the cell
+# before the door. Its first decision is read at 10 s. No fire
 # starts where a robot stands [D6]: `training=True` means that, and no more. A fire that
 # was refused may try again 25 s later. Seed 3 is chosen: the end says what other seeds
 # show.
 
 quick = dict(
     hidden_units=32,
-    spread=0.2,  # metres, standard deviation of a decision around its place
+    spread=0.2,  # metres, standard deviation of a decision around its anchor
     learning_rate_schedule="constant",
 )
 of_robots = replace(

@@ -133,8 +133,10 @@ def test_nothing_overlaps_and_every_floor_says_how_many(name):
     figure = drawing.anchors(shipped(name))
     assert overlaps(figure) == []
     for floor, by_kind in anchors_of(moment_of(shipped(name))).items():
-        spots = {tuple(spot.round(6)) for found in by_kind.values() for spot in found}
-        count = len(spots)  # some guard two ways at once
+        signs = {
+            (kind, *spot.round(6)) for kind, found in by_kind.items() for spot in found
+        }
+        count = len(signs)  # some guard two ways at once
         assert figure.axes[floor].get_title(loc="left").endswith(f", {count} anchors")
 
 

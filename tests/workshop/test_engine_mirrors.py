@@ -260,7 +260,7 @@ def test_the_note_names_three_rules_and_what_to_do(
     assert capsys.readouterr().err == (
         "humans.LEADER, which humans.think reads, is not the rule that the engine was "
         "compiled from: the book plays, by your rule, several times slower. "
-        "To go on fast: pytest tests/workshop/test_engine_mirrors.py\n"
+        "What to do: pytest tests/workshop/test_engine_mirrors.py tells\n"
     )
     for name in ("forget", "arrive", "decide", "pass_landmark"):
         monkeypatch.setattr(humans, name, never_stuck)

@@ -148,6 +148,16 @@ def test_a_letter_is_read_by_where_it_stands(sign, other, words):
     assert parse_map(repair_text(text).text) == parse_map(FLAT)
 
 
+@pytest.mark.parametrize("wall", "█@%")
+def test_walls_of_another_sign_around_blank_rooms_separate_no_signs(wall):
+    """Though they stand in every row, and often."""
+    head, _, rows = FLAT.replace("...", "....").replace("13", "16").partition("floor")
+    rows = rows.replace("#############", "################")
+    plan = f"{head}floor{rows}"
+    drawn = rows.replace("#", wall).replace(".", " ")
+    assert parse_map(repair_text(f"{head}floor{drawn}").text) == parse_map(plan)
+
+
 @pytest.mark.parametrize("sign", ["<", "%", "s", "1", "S", "a"])
 def test_a_sign_closed_in_on_two_floors_is_a_stairwell(sign):
     """Whatever it is, though a name may have it, too."""

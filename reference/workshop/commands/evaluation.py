@@ -34,10 +34,8 @@ NO_BASELINE = (
     "as escort, or take --baseline"
 )
 OVER_RUNS = "[95 % bootstrap intervals over runs]"
-COLUMNS_NOTE = (
-    "last out, health: of those who got out; over baseline: percentage points, on the "
-    "same seeds"
-)
+COLUMNS_NOTE = "last out, health: of those who got out"
+GAIN_NOTE = "over baseline: percentage points, on the same seeds"
 ONE_RUN = "one run of each match; several have intervals: --episodes"
 
 
@@ -154,6 +152,7 @@ class SummedUp:
             results.table(self.cells, baseline=baseline.robots if baseline else None),
             OVER_RUNS if self.evaluation.episodes > 1 else ONE_RUN,
             COLUMNS_NOTE,
+            *([GAIN_NOTE] if any(cell.gain for cell in self.cells) else []),
             f"score E: by the paper's ruler, on which 1 is the paper's baseline in the "
             f"paper's building: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}",
             baseline.about() if baseline else self.no_baseline,

@@ -34,8 +34,8 @@ SHOWN = ("survival", "reward", "difficulty")
 INTERVALS_NOTE = (
     "interquartile means over an arm's trainings, with 95 % bootstrap intervals over "
     "trainings and evacuations; robots written by hand count as one training; fires of "
-    "an arm are averaged, so intervals do not cover other fires; a training of that arm "
-    "does not meet its own there, so it meets one fewer than others do"
+    "an arm are averaged, so intervals do not cover other fires; its own trainings do "
+    "not meet their own there, so they meet one fewer than others do"
 )
 
 

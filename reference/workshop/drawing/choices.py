@@ -67,7 +67,8 @@ def anchors(building: Building) -> Figure:
     for floor, by_kind in found.items():
         stars = ways_on_floor(building, floor, way_marks(building, floor)[0])
         _draw_anchors(panels[floor], {**by_kind, WAY_OUT: stars})
-        count = len(np.unique(np.concatenate([*by_kind.values()]).round(6), axis=0))
+        signs = [np.unique(spots.round(6), axis=0) for spots in by_kind.values()]
+        count = sum(map(len, signs))
         name = page.floor_title(building, floor)
         panels[floor].set_title(f"{name}, {count} anchors")
     _draw_people(simulation, panels)

@@ -15,7 +15,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.rcsetup import cycler
 
 from reference.building import Kind
 from reference.paper import InputError
@@ -352,8 +351,7 @@ def curves_of_arms(arms: Mapping[str, Sequence[TrainingTable]]) -> Figure:
             if len(line[0]):  # its trainings overlap
                 lines[name] = line
 
-    colours = cycler(color=LINE_STYLES[:8].by_key()["color"])
-    axes.set_prop_cycle(cycler(linestyle=["-", "--", ":"]) * colours)
+    axes.set_prop_cycle(LINE_STYLES)
     for name in sorted(lines, key=lambda name: -lines[name][1][-1]):
         axes.plot(*lines[name], lw=1.8, label=name)
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 SLOWER = "several times slower"
 GET_NUMBA = "To go on fast: pip install -e '.[fast]'"
-WHAT_TO_DO = "To go on fast: pytest tests/workshop/test_engine_mirrors.py"
+WHAT_TO_DO = "What to do: pytest tests/workshop/test_engine_mirrors.py tells"
 ONE_ASKS = RLock()  # for the rules; meanwhile other threads wait
 
 

@@ -25,6 +25,8 @@ FEWEST_ROWS = 3  # fewer tell nothing
 # of the lines that may be rows; others may be prose, or spoilt besides
 NEARLY_ALL = 0.7
 
+WIDEST_CELL = 3  # blanks between two separators; more are a room between walls
+
 Lines = Sequence[str]
 TakeOff = Callable[[str], str | None]
 """Takes something from a line; None for a line that has nothing of it."""
@@ -294,6 +296,8 @@ def _cells(separator: str, line: str) -> str | None:
         return None
     signs = []
     for cell in row.split(separator):
+        if len(cell) > WIDEST_CELL and not cell.strip():
+            return None
         sign = cell.strip(" \"'[](){}") or " "
         if sum(not is_drawn_on(part) for part in sign) > 1:
             return None

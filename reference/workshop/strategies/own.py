@@ -26,6 +26,8 @@ one, of a module imported anew, with those that it imports from its folder:
 * What it prints goes to stderr, also while it is imported, for each run anew.
 * It is copied, where a run's fire is measured and futures are tried: leave open files,
   generators and locks out of it.
+* A fire is asked until its sources are lit: where h is measured, as by `evaluate`, also
+  when nobody is inside any more.
 """
 
 import ast
