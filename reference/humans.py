@@ -259,7 +259,8 @@ def look_again(me: Mind, observe: View) -> Goal:
 
     It stays the goal until it is looked at, or until older floor comes in view. The
     border of what was looked at counts as not looked at, so its turn comes: alone and
-    without fire, a person sees every part of a connected floor in the end.
+    without fire, a person sees every part of a connected floor without doors in the
+    end. Between doors they may walk in a circle: see `pass_landmark`.
 
     Of all floor that could be looked at, what was seen from the newest place drops
     out, then what was seen from the place before it, until nothing would be left.
@@ -315,9 +316,14 @@ def pass_landmark(me: Mind, landmark: int, side: int, beyond: int) -> None:
     """Remember a door or entrance just entered; a leader goes on past it [B6, chosen].
 
     side: area it was entered from;  beyond: the place on its other side. There are
-    three cases. Who walks back through the newest door of the trail drops it. A door
-    that was the goal, or that a leader led through, is added. A door that only lies on
-    the way to another goal is left out: one would turn round in it for ever.
+    four cases. Who walks back through the newest door of the trail drops it. Who comes
+    into it from the same side again has only stepped back: nothing changes. A door that
+    was the goal, or that a leader led through, is added. A door that only lies on the
+    way to another goal is left out: one would turn round in it for ever.
+
+    Past a door on the way a leader may lose sight of that other goal, and come back to
+    this door for it. Where doors are near each other this may go on for ever, so not
+    everybody who is alone sees every part of a floor [B6, deviation].
     """
     aim, which, _ = me.goal
     passing_by = aim is Aim.DIRECTION or (aim is Aim.LANDMARK and which != landmark)

@@ -20,9 +20,6 @@ from scipy.spatial import cKDTree
 from reference import paper
 from reference.world import FLOOR_APART
 
-TOWARDS = 0.5  # [A9, chosen] cosine, 60 degrees: who walks at somebody
-FAR_METRES = 1.0  # [A9, chosen] nearer targets are walked at straight
-
 Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
 
@@ -116,7 +113,7 @@ def _heading(
 ) -> Heading:
     """Head for the targets, a little to the right of those that are far."""
     e, far = _directions(target - position)
-    aside = np.where(far > FAR_METRES, paper.ASIDE_METRES, 0)
+    aside = np.where(far > paper.FAR_METRES, paper.ASIDE_METRES, 0)
     e, far = _directions(target + _right_of(e) * aside[:, None] - position)
     return Heading(e, far, np.minimum(pace, far / seconds))
 
@@ -131,7 +128,7 @@ def _pairs(near: np.ndarray, position: np.ndarray, heading: Heading) -> Pairs:
     yields = (far_i > far_j) | ((far_i == far_j) & (i > j))
 
     to_j, apart = _directions(position.take(j, 0) - position.take(i, 0))
-    facing = _along(heading.e.take(i, 0), heading.e.take(j, 0)) < -TOWARDS
+    facing = _along(heading.e.take(i, 0), heading.e.take(j, 0)) < -paper.TOWARDS
     # only where the ways to go add up to more than the gap: they would meet
     facing &= far_i + far_j > apart + paper.body_diameter()
     least_apart = np.where(facing, paper.SHOULDER_METRES, paper.body_diameter())
@@ -160,8 +157,8 @@ def _turn_away(
     i = pairs.i
     to_j = pairs.to_j
     s = pairs.apart - paper.body_diameter()
-    at_me = _along(e.take(pairs.j, 0), to_j) < -TOWARDS
-    towards = _along(e.take(i, 0), to_j) > TOWARDS
+    at_me = _along(e.take(pairs.j, 0), to_j) < -paper.TOWARDS
+    towards = _along(e.take(i, 0), to_j) > paper.TOWARDS
     push = _push_weight(s) * (at_me | ~standing[i])
     right = np.zeros(len(e))
     right[i[at_me & towards]] = paper.KEEP_RIGHT

@@ -75,6 +75,8 @@ GAP_SECONDS = 0.6  # [A9, chosen] the model's time gap T: v = s / T
 PUSH_STRENGTH = 1.5  # [A9, chosen] of the repulsion between neighbours ...
 PUSH_RANGE = 0.2  # [A9, chosen] ... which falls with the gap, metres
 ASIDE_METRES = 0.3  # [A9, chosen] people aim right of their target: two streams pass
+FAR_METRES = 1.0  # [A9, chosen] nearer targets are walked at straight
+TOWARDS = 0.5  # [A9, chosen] cosine, 60 degrees: who walks at somebody
 KEEP_RIGHT = 0.6  # [A9, chosen] sideways pull while somebody comes towards me
 ARRIVED_METRES = 0.05  # [A9, chosen] whoever is this near their target is there
 IDLE_SPEED = 0.05  # [A9, chosen] m/s: bodies that mean to walk more slowly stand ...

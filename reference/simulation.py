@@ -145,7 +145,10 @@ class Simulation:
         return late or not any(self.world.occupancy)
 
     def step(self) -> list[Event]:
-        """Run one tick; return its events. After the end it does as before [F11]."""
+        """Run one tick; return its events.
+
+        It may be called when all is `done`: the fire goes on, to measure h [F11].
+        """
         already = len(self.events)
         # SENSE
         who = np.flatnonzero(self.due & self.world.bodies.walking)

@@ -914,6 +914,27 @@ def test_whoever_is_alone_finds_the_exit_of_any_floor_without_doors(rows, seed, 
     assert events_of(sim, Evacuated)
 
 
+TWO_DOORS_TO_A_NOOK = """
+################
+#.........#....#
+#......####+##.#
+#.........#p+..#
+#...........#..#
+####E###########
+"""
+
+
+@pytest.mark.paper("B6", "deviation")
+@pytest.mark.xfail(
+    strict=True, reason="past a door on the way it loses sight of a goal"
+)
+def test_whoever_is_alone_finds_the_exit_of_any_floor():
+    """Not between two doors that are near each other: p walks in a circle."""
+    sim = stage(TWO_DOORS_TO_A_NOOK, leads="p")
+    wait(sim, 190)
+    assert events_of(sim, Evacuated)
+
+
 @pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 def test_a_door_on_the_way_back_to_another_is_no_way_back():
     """Else p, whose way to the upper door leads through another, turns there."""

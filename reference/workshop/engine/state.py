@@ -142,6 +142,8 @@ OF_PAPER = (
     "PUSH_STRENGTH",
     "PUSH_RANGE",
     "ASIDE_METRES",
+    "FAR_METRES",
+    "TOWARDS",
     "KEEP_RIGHT",
     "ARRIVED_METRES",
     "IDLE_SPEED",

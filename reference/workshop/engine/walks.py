@@ -85,7 +85,7 @@ def neighbours(N, walkers, n, pairs, grid, heads):
 
 
 @mirrors(
-    "motion._heading a8c019", "motion._right_of 11970d", "motion._directions 6d5f51"
+    "motion._heading a60a40", "motion._right_of 11970d", "motion._directions 6d5f51"
 )
 def heading(N, w):
     """Head for the target, a little to the right of one that is far."""
@@ -94,7 +94,7 @@ def heading(N, w):
     far = sqrt(x * x + y * y)
     e_x = x / max(far, 1e-9)
     e_y = y / max(far, 1e-9)
-    aside = N.ASIDE_METRES if far > 1 else 0.0
+    aside = N.ASIDE_METRES if far > N.FAR_METRES else 0.0
     x = w.to_x + e_y * aside - w.x
     y = w.to_y + -e_x * aside - w.y
     far = sqrt(x * x + y * y)
@@ -104,7 +104,7 @@ def heading(N, w):
     w.v = min(w.pace, far / N.tick)
 
 
-@mirrors("motion._pairs 5d8f50")
+@mirrors("motion._pairs 2686ae")
 def describe_pair(N, walkers, pair):
     """Describe neighbours: where they are from each other, who yields."""
     one = walkers[pair.i]
@@ -117,7 +117,7 @@ def describe_pair(N, walkers, pair):
     pair.to_y = y / max(apart, 1e-9)
     pair.apart = apart
     along = one.e_x * other.e_x + one.e_y * other.e_y
-    pair.facing = along < -0.5 and one.far + other.far > apart + N.body_diameter
+    pair.facing = along < -N.TOWARDS and one.far + other.far > apart + N.body_diameter
     pair.room = N.SHOULDER_METRES if pair.facing else N.body_diameter
 
 
@@ -132,7 +132,7 @@ def push_weight(N, s):
 
 @mirrors(
     "motion._heed_neighbours 485f08",
-    "motion._turn_away 18bcb0",
+    "motion._turn_away 44d175",
     "motion._keep_gap c0d882",
     "motion._sums 6679bf",
     "motion._along 1862a8",
@@ -156,13 +156,13 @@ def heed_neighbours(N, walkers, n, pairs, count):
         other_ahead = other.e_x * -pair.to_x + other.e_y * -pair.to_y
         other_away = other.e_x * pair.to_x + other.e_y * pair.to_y
         one_away = one.e_x * -pair.to_x + one.e_y * -pair.to_y
-        at_one = other_away < -0.5
-        at_other = one_away < -0.5
+        at_one = other_away < -N.TOWARDS
+        at_other = one_away < -N.TOWARDS
         pair.push_i = weight if at_one or not one.standing else 0.0
         pair.push_j = weight if at_other or not other.standing else 0.0
-        if at_one and one_ahead > 0.5:
+        if at_one and one_ahead > N.TOWARDS:
             one.right = N.KEEP_RIGHT
-        if at_other and other_ahead > 0.5:
+        if at_other and other_ahead > N.TOWARDS:
             other.right = N.KEEP_RIGHT
         one.sum_x += pair.push_i * pair.to_x
         one.sum_y += pair.push_i * pair.to_y
