@@ -238,6 +238,8 @@ def test_the_heading_says_under_what_a_table_was_played(run, tmp_path):
     assert facts["scenario"] == told | {"time_limit": 40.0, "sight_range": 2.0}
     calm = begin_evaluation(("none",), building="tiny", scenario={"sources": 0})
     assert calm.about().startswith("Tiny office, 40 people, sources=0: ")
+    alone = begin_evaluation(("none",), building="tiny", people=1)
+    assert alone.about().startswith("Tiny office, 1 person: 1 robot strategy, ")
     small = begin_evaluation(**SMALL).about()
     assert small.startswith("Tiny office, 4 people: 2 robot strategies, ")
 

@@ -89,7 +89,7 @@ def test_refuses_what_no_scenario_can_have(command, words, told, capsys):
     ("words", "told"),
     [
         (["rooms=1/nowhere"], "no room '1/nowhere' in 'Tiny office'"),
-        (["people_per_floor=1"], "names 1 floors, the building has 2"),
+        (["people_per_floor=1"], "floors of people_per_floor: 1, of the building: 2"),
     ],
 )
 def test_refuses_what_the_building_does_not_have(words, told, capsys):
