@@ -502,7 +502,6 @@ class Scenario:
             return tuple(share + (floor < rest) for floor in range(floors))
         if len(counts) != floors:
             raise InputError(
-                f"floors of people_per_floor: {len(counts)}, "
-                f"of the building: {floors}"
+                f"floors of people_per_floor: {len(counts)}, of the building: {floors}"
             )
         return counts
