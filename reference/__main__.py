@@ -94,7 +94,8 @@ def _arguments(argv: Sequence[str] | None) -> Namespace:
     if arguments.run is not first_look.run and words[0].startswith("-"):
         top.error(f"{words[0]}: write options behind the command")
     if unknown:
-        hint = "a map is named by --building; " if "building" in arguments else ""
+        may_be_map = "building" in arguments and not unknown[0].startswith("-")
+        hint = "a map is named by --building; " if may_be_map else ""
         asked = commands.choices.get(words[0], top)
         asked.error(f"unrecognized arguments: {' '.join(unknown)}; {hint}see --help")
     return arguments

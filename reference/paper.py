@@ -504,7 +504,6 @@ class Scenario:
             return tuple(share + (floor < rest) for floor in range(floors))
         if len(counts) != floors:
             raise InputError(
-                f"people_per_floor names {len(counts)} floors, "
-                f"the building has {floors}"
+                f"floors of people_per_floor: {len(counts)}, of the building: {floors}"
             )
         return counts

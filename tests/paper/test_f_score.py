@@ -200,8 +200,8 @@ def test_refuses_rewards_that_lie_off_the_ruler(reward):
 @pytest.mark.parametrize(
     ("rewards", "difficulties", "why"),
     [
-        ([], [], "0 runs make no ruler"),
-        ([1.0] * 5, [1.0] * 5, "5 runs make no ruler: give at least 6"),
+        ([], [], "a ruler takes at least 6 runs: 0 here"),
+        ([1.0] * 5, [1.0] * 5, "a ruler takes at least 6 runs: 5 here"),
         ([*range(6)], [1000] * 6, "run more seeds, or weak and strong fires"),
         ([*range(6)], [*range(6)], "run more seeds, or weak and strong fires"),
         ([0, 9000] * 4 + [0, 8000] * 2, [*range(12)], "give or take 3476: run more"),

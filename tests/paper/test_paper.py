@@ -116,7 +116,7 @@ def test_decisions_are_whole_ticks_apart():
 
 def test_refuses_a_scenario_for_another_number_of_floors():
     """With both numbers."""
-    with pytest.raises(ValueError, match="names 2 floors, the building has 3"):
+    with pytest.raises(ValueError, match="people_per_floor: 2, of the building: 3"):
         Scenario(people_per_floor=(1, 2)).start_counts(3)
 
 

@@ -672,6 +672,7 @@ def test_people_are_limited_in_one_wording(capsys):
         ("evacuate --record rec --animate rec/f.gif", 2, "in the folder of --record"),
         ("evacuate --record rec --density ./rec/f.png", 2, "Name another place"),
         ("evacuate tiny", 2, "unrecognized arguments: tiny; a map is named by --bui"),
+        ("evacuate --frie none", 2, "unrecognized arguments: --frie none; see --help"),
         ("paper tiny", 2, "unrecognized arguments: tiny; see --help"),
         ("check tiny --seed 3", 2, "reference check: unrecognized arguments: --seed 3"),
         ("check tiny --jso", 2, "unrecognized arguments: --jso"),

@@ -138,6 +138,16 @@ def test_who_is_not_asked_for_keeps_the_runs_that_are_there(small, monkeypatch, 
     assert play_evaluation(both, folder, Stopped()) == small
 
 
+def test_refuses_runs_of_a_name_that_is_nobodys(small):
+    """Nobody can have asked for them."""
+    folder = Path("out")
+    both = begin_evaluation(**SMALL)
+    write_evaluation(both, folder)
+    runs.table_of(folder / "runs.csv", [replace(small[0], robots="swoop"), *small[1:]])
+    with pytest.raises(InputError, match=r"runs.csv: some runs are of 'swoop'"):
+        play_evaluation(both, folder, Stopped())
+
+
 def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small):
     """What was written of the new one is not read; the message says what helps."""
     path = Path("runs.csv")
@@ -238,6 +248,8 @@ def test_the_heading_says_under_what_a_table_was_played(run, tmp_path):
     assert facts["scenario"] == told | {"time_limit": 40.0, "sight_range": 2.0}
     calm = begin_evaluation(("none",), building="tiny", scenario={"sources": 0})
     assert calm.about().startswith("Tiny office, 40 people, sources=0: ")
+    alone = begin_evaluation(("none",), building="tiny", people=1)
+    assert alone.about().startswith("Tiny office, 1 person: 1 robot strategy, ")
     small = begin_evaluation(**SMALL).about()
     assert small.startswith("Tiny office, 4 people: 2 robot strategies, ")
 

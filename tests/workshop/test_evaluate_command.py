@@ -85,7 +85,7 @@ def test_robots_may_observe_with_errors(capsys):
     alone = "--people 1 --fire none --episodes 1 --out eval"
     assert main(f"{SMALL} {alone} --errors 3".split()) == 0
     title = capsys.readouterr().out.splitlines()[0]
-    assert ", 1 people, errors of observation up to 3 m: 1 robot strategy" in title
+    assert ", 1 person, errors of observation up to 3 m: 1 robot strategy" in title
     assert main(f"{AGAIN} --errors 1".split()) == 2
     assert "--errors: a resumed run keeps its options" in capsys.readouterr().err
 
@@ -135,7 +135,7 @@ def test_a_baseline_whose_runs_give_no_k_is_measured_by_the_papers(capsys):
     _, heads, *_, which, ruler, exact = capsys.readouterr().out.splitlines()
     assert "score E" in heads and "E, sweep = 1" in heads
     assert which.startswith("E, sweep = 1: as asked, it scores 1 on average")
-    assert re.search("k = 0.009, the paper's, as .*1 runs make no", ruler)
+    assert re.search("k = 0.009, the paper's, as .*at least 6 runs: 1 here", ruler)
     assert exact == "intervals of this E take the ruler as exact"
 
 

@@ -597,10 +597,28 @@ def test_an_experiment_says_that_the_network_for_any_map_plays(side):
     assert about_tests(asked).endswith(f"; {ANY_MAP}")
 
 
-def test_does_not_go_on_in_the_folder_of_something_else(tmp_path, capsys):
-    """Such as a training: nothing is written there."""
-    (tmp_path / "summaries.csv").write_text("")
-    words = [*TINY, str(tmp_path), "--resume"]
-    status, message = refusal(capsys, *words)
-    assert (status, "no experiment in it to go on with" in message) == (1, True)
-    assert [path.name for path in tmp_path.iterdir()] == ["summaries.csv"]
+@pytest.mark.parametrize("there", [None, [], [".lock"], ["summaries.csv"]])
+def test_does_not_go_on_where_no_experiment_has_begun(there, tmp_path, capsys):
+    """Such as a mistyped folder, or a training's: nothing is written there."""
+    folder = tmp_path / "out"
+    if there is not None:
+        folder.mkdir()
+        for name in there:
+            (folder / name).touch()
+    status, message = refusal(capsys, *TINY, str(folder), "--resume")
+    told = f"{folder}: there is no experiment to go on with. Leave --resume out to beg"
+    assert (status, message.startswith(told)) == (1, True)
+    assert folder.exists() == (there is not None)
+    assert [path.name for path in tmp_path.glob("out/*")] in ([], ["summaries.csv"])
+
+
+def test_an_experiment_stopped_before_its_first_training_goes_on(tmp_path, monkeypatch):
+    """Its folder shows that it has begun."""
+
+    def stop():
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr(jobs, "make_ready", stop)
+        finish_trainings(small(), tmp_path, InProcess())
+    jobs.refuse_not_begun(tmp_path)

@@ -284,6 +284,8 @@ COMMENTS = {
     "a hash and two words": "#two words",
     "with an exit's letter": "# from A to E",
     "slashes": "// my office map",
+    "as in C": "/* my office map */",
+    "a block as in C": "/*\n * my map\n */",
     "dashes": "-- drawn by hand",
     "a list": "* the lab is new",
     "of a title": "## My map (2026): draft",
@@ -304,6 +306,29 @@ def test_a_comment_of_another_language_becomes_a_note_wherever_nothing_is_drawn(
     assert len(repair.rounds) == 1
     assert parse_map(repair.text) == parse_map(HOUSE)
     assert repair.text.count(";") == comment.count("\n") + 1
+
+
+@pytest.mark.parametrize("before", ["building", "size"])
+@pytest.mark.parametrize(
+    "comment",
+    ["# c", "#c", "#", "// c", "//", "/* c */", "-- c", "# my_map", "# (c) X"],
+)
+def test_a_comment_above_the_first_heading_may_be_short(comment, before):
+    """Nothing is drawn there."""
+    head, rest = HOUSE.split("\n", 1)
+    size_first = rest.replace("floor", f"{head}\nfloor", 1)
+    text = f"{comment}\n{HOUSE if before == 'building' else size_first}"
+    assert told(text) == ["this is a comment as in code; a note begins with ';'"]
+    assert parse_map(repair_text(text).text) == parse_map(HOUSE)
+
+
+@pytest.mark.parametrize("row", ["#", "#  lab  E", "#E"])
+def test_a_row_above_a_name_that_stands_too_low_is_no_comment(row):
+    """There a floor's heading is the first."""
+    rows = FLAT.splitlines()
+    rows[5] = row
+    rows.append(rows.pop(0))
+    assert "a comment" not in " ".join(told("\n".join(rows)))
 
 
 @pytest.mark.parametrize("row", ["#  hall  lab  E", "#  lab  #", "#AA  lab#"])

@@ -199,6 +199,16 @@ def test_says_how_much_it_reads():
     parse_map(HOUSE + 10_000 * "; a note\n")
 
 
+@pytest.mark.parametrize("last", [31, 101])
+def test_floors_too_many_are_told_before_a_heading_is(last):
+    """A number of three digits is no heading, and another one would not help."""
+    floor = "floor {}:\n#####\n#...E\n#####\n"
+    floors = [floor.format(number) for number in range(1, last + 1)]
+    (mistake,) = refusal("building: x\nsize: 5 x 3\n" + "".join(floors)).mistakes
+    assert mistake.what == "a building has at most 30 floors"
+    assert mistake.written == "floor 31:"
+
+
 @pytest.mark.parametrize("sign", "AE.")
 def test_counts_stairwells_and_exits_among_rooms_and_doors(sign):
     """All of them have a 16-bit number in a building's cells."""

@@ -49,8 +49,10 @@ def edit(path, change):
         (["sihgt_range=3"], "'sihgt_range' is unknown. Did you mean 'sight_range'?"),
         (["training=1"], "'training' is unknown"),
         (["sight_range"], "sight_range has no value: write sight_range=VALUE"),
-        (["sight_range="], "sight_range is '': it must be a number from 1 to 10,000 m"),
-        (["sight_range=far"], "sight_range is 'far': it must be a number from 1"),
+        (["sight_range="], "sight_range has no value: write sight_range=VALUE"),
+        (["rooms="], "rooms has no value: write rooms=VALUE"),
+        (["people_per_floor="], "people_per_floor has no value: write people_per_"),
+        (["sight_range=far"], "sight_range is 'far': it must be a number from 1 to 10"),
         (
             ["spread_rate=0"],
             "spread_rate is 0.0: it must be a number from 0.001 to 100",
@@ -87,7 +89,7 @@ def test_refuses_what_no_scenario_can_have(command, words, told, capsys):
     ("words", "told"),
     [
         (["rooms=1/nowhere"], "no room '1/nowhere' in 'Tiny office'"),
-        (["people_per_floor=1"], "names 1 floors, the building has 2"),
+        (["people_per_floor=1"], "floors of people_per_floor: 1, of the building: 2"),
     ],
 )
 def test_refuses_what_the_building_does_not_have(words, told, capsys):

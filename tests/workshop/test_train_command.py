@@ -241,6 +241,15 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     assert not os.path.exists("x")
 
 
+def test_says_that_robots_who_imitate_begin_with_random_weights(once, run, capsys):
+    """Of the checkpoint only the fire is taken."""
+    begin = ("--out", "new", "--initialize-from", run)
+    assert train(*begin, "--imitate", "sweep") == 0
+    assert list(load_checkpoint("new").task.initial) == ["fire"]
+    told = f"random weights: of {run} only the fire is taken\n"
+    assert capsys.readouterr().err.count(told) == 1
+
+
 def test_train_begins_with_a_folder_that_is_called_as_a_strategy(once, run):
     """Nobody begins with a strategy: its networks are meant."""
     shutil.copytree(run, "fixed")

@@ -1,7 +1,6 @@
 """The command experiment: arms, seeds and tests from a file, as jobs; then a page."""
 
 from argparse import Namespace
-from functools import partial
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -35,9 +34,13 @@ def experiment(arguments: Namespace) -> None:
     if arguments.cluster and arguments.workers != options.CORES:
         raise InputError("--cluster brings its own workers: leave --workers out")
     folder = arguments.out or Path("out") / arguments.file.stem
-    if arguments.resume:
-        jobs.refuse_other_work(folder)
-    read = partial(design.read_experiment, arguments.file)
+
+    def read() -> Any:
+        """Read the file, once there is something to go on with, if that is asked."""
+        if arguments.resume:
+            jobs.refuse_not_begun(folder)
+        return design.read_experiment(arguments.file)
+
     running = run_in_folder(arguments, folder, read, "experiment", arguments.file)
     try:
         with running as (asked, executor):

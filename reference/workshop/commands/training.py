@@ -82,7 +82,9 @@ NO_LEVELS = "No lines of none and escort to compare with"
     options.player("robots", FIXED_HELP, ROBOT_NAMES, nargs="+"),
     options.player("fire", FIXED_HELP, FIRE_NAMES, nargs="+"),
     options.option(
-        "--imitate", "robots imitate this first (behavioural cloning)", choices=GUIDES
+        "--imitate",
+        "robots imitate this first (behavioural cloning), from random weights",
+        choices=GUIDES,
     ),
     options.option(
         "--initialize-from", "learn on from a checkpoint or 'learned'", metavar="FILE"

@@ -38,7 +38,6 @@ from reference.workshop.storage.runs import (
     LOCK_FILE,
     locked,
     refuse_numbers,
-    refuse_used,
     remove_left_lock,
 )
 from reference.workshop.storage.workers import (
@@ -103,6 +102,7 @@ def finish_trainings(
 
     Raises InputError for trainings that were made with other numbers.
     """
+    make_folder(folder / TRAININGS_FOLDER)  # from here on it can be resumed
     own = training_folders(experiment, folder)
     done = finished(experiment, folder)
     for at in done.values():
@@ -168,10 +168,13 @@ def _train_on(task: Task, folder: Path) -> None:
     write_json(folder / DONE_FILE, facts)
 
 
-def refuse_other_work(folder: Path) -> None:
-    """Raise InputError for a folder that holds something, but no experiment."""
+def refuse_not_begun(folder: Path) -> None:
+    """Raise InputError for a folder in which no experiment has begun."""
     if not (folder / TRAININGS_FOLDER).is_dir():
-        refuse_used(folder, "There is no experiment in it to go on with.")
+        raise InputError(
+            f"{folder}: there is no experiment to go on with. Leave --resume out to "
+            "begin, or name the folder of one."
+        )
 
 
 def remove_left_locks(folder: Path) -> None:

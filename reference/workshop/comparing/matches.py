@@ -88,7 +88,8 @@ class Arena:
         """Say where and under what: all of the scenario that is not the default."""
         names = [name for name in self.changes if name != "people"]  # told anyway
         under = f", {in_words(self.scenario, names)}" if names else ""
-        return f"{self.drawn.title}, {self.people} people{under}"
+        people = _count(self.people, "person", "people")
+        return f"{self.drawn.title}, {people}{under}"
 
 
 @dataclass(frozen=True)

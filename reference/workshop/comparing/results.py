@@ -198,7 +198,7 @@ def ruler_of(
     """
     runs = [run for run in results if run.robots == baseline]
     if len(runs) < FEWEST_RUNS:
-        raise RulerError(f"{len(runs)} runs make no ruler: give at least {FEWEST_RUNS}")
+        raise RulerError(f"a ruler takes at least {FEWEST_RUNS} runs: {len(runs)} here")
     R, h = np.array([(run.reward, run.difficulty) for run in runs], dtype=float).T
     fires = np.array([run.fire for run in runs])
 

@@ -24,9 +24,11 @@ from reference.evaluation.difficulty import (
     people_in,
 )
 from reference.navigation import navigation_of
+from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.comparing import matches
 from reference.workshop.comparing.matches import Arena, Evaluation, RunKey
+from reference.workshop.comparing.named import PLAYER_NAMES
 from reference.workshop.engine import make_ready, run_to_end
 from reference.workshop.storage.files import Table, make_folder, read_number, read_table
 from reference.workshop.storage.progress import Pace
@@ -102,7 +104,7 @@ def play_evaluation(
     Runs already in the folder are not played again, and stay there, also those that are
     not asked for; without a folder nothing is written. Raises OSError where something
     cannot be written, ValueError for a damaged table of runs and for runs of files that
-    have changed since.
+    have changed since or of names that are nobody's.
     """
     done = dict[RunKey, RunResult]()
     table = None
@@ -130,6 +132,13 @@ def _done_already(evaluation: Evaluation, folder: Path) -> dict[RunKey, RunResul
     done = {result.run: result for result in read_runs(folder / RUNS_FILE, evaluation)}
     played = {word for robots, fire, _ in done for word in (robots, fire)}
     kept = matches.refuse_mixing(evaluation, folder, played)
+    asked = {*evaluation.robots, *evaluation.fires}
+    nobody = played.difference(*PLAYER_NAMES.values(), asked, kept)
+    if nobody:
+        raise InputError(
+            f"{folder / RUNS_FILE}: some runs are of '{min(nobody):.60}', who is "
+            "nobody. Put the name back, or take another folder."
+        )
     # Without it nobody could go on. It tells the files of all runs that are kept.
     digests = {**kept, **evaluation.digests}
     matches.write_evaluation(replace(evaluation, digests=digests), folder)

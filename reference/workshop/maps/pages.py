@@ -3,7 +3,8 @@
 code     a line without its note and the blanks at its end
 heading  a line with a word and a colon, or with a heading's key word; behind a row also
          one of words that names a storey
-comment  a line of words behind a mark of another language, such as `# my map`
+comment  a line of words behind a mark of another language, such as `# my map`; above
+         `building:` or `size:`, where that is the first heading, whatever it says
 prose    before a drawing's first row, or behind a blank line, any other line that
          begins with a word; before the first row a ruler, too
 row      any other line with code: one row of a drawing
@@ -31,11 +32,16 @@ MOST_EDITS = 5_000  # of one mistake; the others follow in the next round
 _HEADING = re.compile(r"\s*((?!.*::)\w[^#.+:]*:|(?i:building|size|floor)\b)")
 _PROSE = re.compile(r"\s*([A-Za-z])(?!\1)[A-Za-z](?!.*\.\.)[^#+|=_]*$")
 _STOREY = re.compile(r"(?i)\b(?:floor|level|storey|story)\b")
-MARK = r"(?:\#{1,3}|//+|--+|%+|\*)"
+MARK = r"(?:\#{1,3}|//+|--+|%+|/\*+|\*+/|\*)"
 _COMMENT = re.compile(
     rf"""\s*{MARK}(?:\s+ | (?=\w+\s+\w))   # with a blank behind it, or two words
     (?=\w)(?=.*([A-Za-z])(?!\1)[A-Za-z])  # a word: two letters that differ
     (?!.*\.\.)[^#+|=_]*""",  # no sign of a drawing
+    re.VERBOSE,
+)
+_TOP_COMMENT = re.compile(
+    rf"""\s*(?: \# | //+ | /\*+ | \*+/  # a mark alone
+    | {MARK}(?!\s*\.)(?!.*\.\.)(?=.*\w)[^#+]* )""",  # no other wall, no floor
     re.VERBOSE,
 )
 _RULE = re.compile(rf"\s*{MARK}(?:\s+[-=*~_]+)?")  # among comments: `#`, `# ---`
@@ -242,13 +248,23 @@ def _comments(lines: Sequence[Line]) -> Iterator[Line]:
     ends with one letter may still be a row with an exit: `#  lobby  E`.
     """
     start = 0
-    for is_marked, group in groupby(lines, _is_marked):
+    top = _top_of(lines)
+
+    def is_comment(line: Line) -> bool:
+        """Whether it is one, at the top also a short one."""
+        return _reads_as(line, _TOP_COMMENT if line.number < top else _COMMENT)
+
+    def is_marked(line: Line) -> bool:
+        """Whether a line may belong to a block of comments."""
+        return _reads_as(line, _RULE) or is_comment(line)
+
+    for marked, group in groupby(lines, is_marked):
         block = list(group)
         stop = start + len(block)
         above = _may_draw(lines[start - 1 : start])
         below = _may_draw(lines[stop:][:1])
         start = stop
-        if not is_marked or not any(_is_comment(line) for line in block):
+        if not marked or not any(map(is_comment, block)):
             continue
         if above:
             block = [*dropwhile(_is_wall, block)]
@@ -260,16 +276,16 @@ def _comments(lines: Sequence[Line]) -> Iterator[Line]:
                 yield line
 
 
-def _is_marked(line: Line) -> bool:
-    """Whether a line may belong to a block of comments."""
-    rule = len(line.code) <= 2 * MOST_CELLS and _RULE.fullmatch(line.code)
-    return bool(rule) or _is_comment(line)
+def _top_of(lines: Iterable[Line]) -> int:
+    """The number of the first heading, if it is a setting: nothing is drawn above."""
+    headings = (line for line in lines if any(map(line.reads, HEADING_PATTERNS)))
+    first = next(headings, None)
+    return first.number if first and not first.reads("floor") else 0
 
 
-def _is_comment(line: Line) -> bool:
-    """Whether a line is made of words behind a mark."""
-    is_short = len(line.code) <= 2 * MOST_CELLS
-    return is_short and bool(_COMMENT.fullmatch(line.code))
+def _reads_as(line: Line, comment: re.Pattern[str]) -> bool:
+    """Whether a line that is not too long reads as a kind of comment."""
+    return len(line.code) <= 2 * MOST_CELLS and bool(comment.fullmatch(line.code))
 
 
 def _is_wall(line: Line) -> bool:

@@ -65,6 +65,16 @@ def _longest(page: Page) -> Iterator[Mistake]:
             return
 
 
+def _too_many_floors(page: Page) -> Iterator[Mistake]:
+    """Find the first floor too many: whoever draws fewer need not number the others."""
+    total = 0
+    for floor in page.floors:
+        total += len(floor.numbers) or floor.headless
+        if total > MOST_FLOORS:
+            yield floor.heading.mistake("floor-limit", most=MOST_FLOORS)
+            return
+
+
 # -- Characters ---------------------------------------------------------------------
 
 
@@ -390,19 +400,11 @@ def _settings(page: Page) -> Iterator[Mistake]:
 
 
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
-    """Find too many floors, or the first out of order: the next may be right then.
+    """Find the first floor out of order: the next may be right then.
 
     Where no number is missing, the drawings are in the wrong order: nothing is typed.
     """
-    numbers: list[int] = []
-    total = 0
-    for floor in page.floors:
-        numbers += floor.numbers
-        total += len(floor.numbers) or 1
-        if total > MOST_FLOORS:
-            yield floor.heading.mistake("floor-limit", most=MOST_FLOORS)
-            return
-
+    numbers = [number for floor in page.floors for number in floor.numbers]
     ordered = sorted(numbers)
     no_gap = all(after - before == 1 for before, after in pairwise(ordered))
     moved = no_gap and numbers != ordered
@@ -699,7 +701,12 @@ def _likeness(one: str, other: str) -> int:
 def syntax_stages(page: Page, standing: Standing) -> Iterator[Iterable[Mistake]]:
     """Yield what each stage of checks finds, once the stages before find nothing."""
     yield _wrapping(page)
-    yield chain(_foreign_signs(page), wide_signs(page, standing), _longest(page))
+    yield chain(
+        _foreign_signs(page),
+        wide_signs(page, standing),
+        _longest(page),
+        _too_many_floors(page),
+    )
     yield chain(_headings(page), tabs(page, standing), _words_behind(page))
     yield chain(
         _head(page),

@@ -44,10 +44,10 @@ def read_stated(words: Sequence[str], already: Mapping[str, Any]) -> dict[str, A
     """
     stated = dict(already)
     for word in words:
-        key, equals, text = word.partition("=")
+        key, _, text = word.partition("=")
         if key not in KEYS:
             raise SettingsError(unknown_name(key, KEYS))
-        if not equals:
+        if not text:
             raise SettingsError(f"{key} has no value: write {key}=VALUE")
         if key in stated:
             raise SettingsError(f"{key} is there twice: name it once")
@@ -62,7 +62,7 @@ def _plain(text: str, hint: Any) -> Any:
     if NoneType in parts:
         return _plain(text, parts[0])
     if get_origin(hint) is tuple:
-        return [_plain(part, parts[0]) for part in text.split(",")] if text else []
+        return [_plain(part, parts[0]) for part in text.split(",")]
     if hint not in (int, float):
         return text
     number = number_or_word(text)

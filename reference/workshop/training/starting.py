@@ -48,6 +48,11 @@ def begin_training(asked: Namespace) -> Training:
     initial = _networks_to_begin_with(asked, fixed, building, settings.scenario)
     if initial:
         settings, notes = _settings(asked, read, initial)
+    if initial and asked.imitate:
+        notes.append(
+            "robots imitate, and begin with random weights: of "
+            f"{asked.initialize_from} only the fire is taken"
+        )
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
 
