@@ -387,6 +387,18 @@ def test_a_long_title_keeps_its_end_which_says_what_the_view_is(view, end):
 
 
 @pytest.mark.parametrize("view", ["top", "graph", "anchors"])
+def test_x_is_labelled_where_no_floor_is_below(view):
+    """Five floors in three columns: also the third, over an empty place."""
+    figure = drawn(view, "tower")
+    figure.draw_without_rendering()
+    labels = [axes.get_xlabel() for axes in figure.axes]
+    assert labels == ["", "", *["x, metres east"] * 3]
+    for axes, label in zip(figure.axes, labels, strict=True):
+        shown = [text.get_visible() for text in axes.get_xticklabels()]
+        assert shown == len(shown) * [bool(label)]
+
+
+@pytest.mark.parametrize("view", ["top", "graph", "anchors"])
 def test_nothing_overlaps_on_the_page_of_a_corridor(view):
     """Though it is a strip."""
     assert overlaps(getattr(drawing, view)(CORRIDOR)) == []

@@ -188,8 +188,19 @@ def floor_page(
     for place, floor in enumerate(floors, 1):
         panels[floor] = figure.add_subplot(rows, columns, place)
         paint_floor(panels[floor], building, floor, alpha)
-        panels[floor].label_outer()
+    label_outer([*panels.values()], columns)
     return figure, panels
+
+
+def label_outer(panels: Sequence[Axes], columns: int) -> None:
+    """Keep labels of x where no panel is below, of y where none is to the left."""
+    for place, axes in enumerate(panels):
+        if place + columns < len(panels):
+            axes.set_xlabel("")
+            axes.tick_params(labelbottom=False)
+        if place % columns:
+            axes.set_ylabel("")
+            axes.tick_params(labelleft=False)
 
 
 def arranged(building: Building, floors: int) -> tuple[int, int]:
