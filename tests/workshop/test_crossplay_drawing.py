@@ -131,6 +131,13 @@ def test_a_curve_ends_at_the_mean_survival_within_its_band():
     assert band.y0 <= 100 * mean <= band.y1
 
 
+@pytest.mark.parametrize(("runs", "told"), [(1, ""), (2, ", with 95 % intervals")])
+def test_a_title_promises_intervals_where_there_are_some(runs, told):
+    """One run has none."""
+    figure = evacuation_curves(results(("none",), ("random",), runs))
+    assert figure.get_suptitle() == f"Evacuation curves{told}"
+
+
 def test_seconds_stand_below_every_column_of_curves():
     """The second and third of four panels stand over empty places."""
     figure = evacuation_curves(results(("none",), [*"abcd"], runs=2))

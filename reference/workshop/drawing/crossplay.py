@@ -86,7 +86,9 @@ def evacuation_curves(results: Sequence[RunResult], caption: str = "") -> Figure
     columns = min(len(fires), 3)
     rows = ceil(len(fires) / columns)
     width = max(7.5, 3.5 * columns)
-    page = sheet("Evacuation curves, with 95 % intervals", width, 2.5 * rows + 1.5)
+    many = len(results) > len({run.match for run in results})
+    about = ", with 95 % intervals" if many else ""
+    page = sheet("Evacuation curves", width, 2.5 * rows + 1.5, about)
     latest = max(run.evacuation_time or 0 for run in results)
     t = np.arange(0, latest + 2)
 
