@@ -53,7 +53,7 @@ def top(building: Building, floor: int | None = None) -> Picture:
     floors = [*range(building.floors)] if floor is None else [floor]
     figure, panels = page.floor_page(building, building.title, floors)
     page.legend(figure, page.swatches(building.kind[floors]))
-    figure.draw_without_rendering()
+    page.lay_out(figure, building, panels)
     for area in building.areas:
         if area.floor in panels:
             write_name(panels[area.floor], building, area)
@@ -77,7 +77,7 @@ def graph(building: Building) -> Figure:
     numbers = "numbers: of doors, entrances and exits on their floor, as in"
     look = {"title": f"{numbers} {building.landmarks[-1].id}", "title_fontsize": 9}
     page.legend(figure, page.samples(nodes | ways), **look)
-    figure.draw_without_rendering()
+    page.lay_out(figure, building, panels)
 
     for *sides, key in building.graph.edges(keys=True):
         mark = building.landmark_of.get(key)
