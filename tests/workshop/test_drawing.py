@@ -261,6 +261,28 @@ def test_a_map_without_walls_has_ways_without_numbers():
     rows = "EEEE\nE..E\nE..E\nEEEE\n"
     figure = plans.graph(load(f"building: Open\nsize: 4 x 4\nfloor 1:\n{rows}"))
     assert not [text for text in figure.axes[0].texts if text.get_text().isdigit()]
+    assert "numbers" not in " ".join(writing(figure))
+
+
+def test_a_graph_too_small_for_numbers_promises_none():
+    """Its legend explains only what is drawn."""
+    figure = drawn("graph", "many rooms")
+    found = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert not any(word.isdigit() for word in found)
+    assert "numbers" not in " ".join(writing(figure))
+
+
+def test_no_name_covers_an_exit_of_the_graph_nor_does_the_edge_of_its_floor():
+    """Both arms of each star are green."""
+    axes = drawn("graph", "many rooms").axes[0]
+    radius = plans.WAYS[Kind.EXIT]["ms"] / 2 / plans.points_per_metre(axes)
+    marks = MAPS["many rooms"].landmarks
+    exits = [mark.position for mark in marks if mark.kind is Kind.EXIT]
+    for x, y in exits:
+        for arm in (-radius / 2, radius / 2):
+            colour = colour_at(axes, x + arm, y + 0.15 * radius)
+            np.testing.assert_allclose(colour, to_rgb(COLOURS[Kind.EXIT]), atol=0.01)
+    assert len(exits) == 3
 
 
 def spread(way, step=0.05):
