@@ -129,3 +129,18 @@ def test_a_curve_ends_at_the_mean_survival_within_its_band():
     band = panels[0].collections[0].get_paths()[0].get_extents()
     assert line.get_ydata()[-1] == pytest.approx(100 * mean)
     assert band.y0 <= 100 * mean <= band.y1
+
+
+@pytest.mark.parametrize(("runs", "told"), [(1, ""), (2, ", with 95 % intervals")])
+def test_a_title_promises_intervals_where_there_are_some(runs, told):
+    """One run has none."""
+    figure = evacuation_curves(results(("none",), ("random",), runs))
+    assert figure.get_suptitle() == f"Evacuation curves{told}"
+
+
+def test_seconds_stand_below_every_column_of_curves():
+    """The second and third of four panels stand over empty places."""
+    figure = evacuation_curves(results(("none",), [*"abcd"], runs=2))
+    labels = [axes.get_xlabel() for axes in figure.axes]
+    assert labels == ["", *["seconds"] * 3]
+    assert [axes.get_ylabel() for axes in figure.axes[1:3]] == ["", ""]

@@ -7,7 +7,7 @@ import warnings
 from collections import Counter
 from dataclasses import replace
 from functools import cache
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,12 +15,13 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
+from matplotlib.text import Text
 from movies import shipped
-from pages import overlaps, to_lab, writing
+from pages import overlaps, to_lab, words, writing
 from PIL import Image, ImageSequence
 from scipy.spatial import KDTree
 
-from reference.building import Building, Kind
+from reference.building import Building, Kind, building_of
 from reference.fire import NoFire, RandomFire
 from reference.paper import InputError, Scenario
 from reference.robots import NoRobots
@@ -40,6 +41,7 @@ from reference.workshop.drawing.evacuation import (
 from reference.workshop.drawing.page import COLOURS, MEANINGS, extent_of, sheet
 from reference.workshop.drawing.relief import SOLID, add_boxes, lift_of, project
 from reference.workshop.maps import find_map, load, plan_of
+from reference.workshop.maps.generated import generated_text
 from reference.workshop.strategies.guides import Sweep
 from reference.world import Fate, Mode
 
@@ -47,10 +49,16 @@ TINY = shipped("tiny")
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph", "anchors")
 
 
+MAPS = {
+    "many rooms": building_of(generated_text(7, 60, 30, 4)),
+    "many floors": building_of(generated_text(5, 20, 14, 30)),
+}
+
+
 @cache
 def drawn(view, name):
-    """A view of a shipped building, drawn once for all who look at it."""
-    return getattr(drawing, view)(shipped(name))
+    """A view of a building above, or that ships, drawn once for all who look at it."""
+    return getattr(drawing, view)(MAPS.get(name) or shipped(name))
 
 
 def empty(high, wide):
@@ -253,6 +261,28 @@ def test_a_map_without_walls_has_ways_without_numbers():
     rows = "EEEE\nE..E\nE..E\nEEEE\n"
     figure = plans.graph(load(f"building: Open\nsize: 4 x 4\nfloor 1:\n{rows}"))
     assert not [text for text in figure.axes[0].texts if text.get_text().isdigit()]
+    assert "numbers" not in " ".join(writing(figure))
+
+
+def test_a_graph_too_small_for_numbers_promises_none():
+    """Its legend explains only what is drawn."""
+    figure = drawn("graph", "many rooms")
+    found = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert not any(word.isdigit() for word in found)
+    assert "numbers" not in " ".join(writing(figure))
+
+
+def test_no_name_covers_an_exit_of_the_graph_nor_does_the_edge_of_its_floor():
+    """Both arms of each star are green."""
+    axes = drawn("graph", "many rooms").axes[0]
+    radius = plans.WAYS[Kind.EXIT]["ms"] / 2 / plans.points_per_metre(axes)
+    marks = MAPS["many rooms"].landmarks
+    exits = [mark.position for mark in marks if mark.kind is Kind.EXIT]
+    for x, y in exits:
+        for arm in (-radius / 2, radius / 2):
+            colour = colour_at(axes, x + arm, y + 0.15 * radius)
+            np.testing.assert_allclose(colour, to_rgb(COLOURS[Kind.EXIT]), atol=0.01)
+    assert len(exits) == 3
 
 
 def spread(way, step=0.05):
@@ -384,6 +414,53 @@ def test_a_long_title_keeps_its_end_which_says_what_the_view_is(view, end):
     house = Building(replace(TINY.drawing, title=LONG_TITLE * 2))
     title = getattr(drawing, view)(house).get_suptitle()
     assert title.startswith("A house that goes on") and title.endswith(end)
+
+
+@pytest.mark.parametrize("view", [*VIEWS, "frame"])
+def test_a_title_of_wide_letters_is_not_clipped(view):
+    """As many of them are kept as fit, not as many as of others."""
+    house = Building(replace(TINY.drawing, title="MWWM " * 40))
+    if view == "frame":
+        assert overlaps(drawing.frame(evacuation(building=house).world)) == []
+        return
+    figure = getattr(drawing, view)(house)
+    figure.draw_without_rendering()
+    title = next(text for text in figure.texts if text.get_text().startswith("MWWM"))
+    box = title.get_window_extent()
+    assert 0 < box.x0 < box.x1 < figure.bbox.width
+    assert box.width > 0.8 * figure.bbox.width
+
+
+@pytest.mark.parametrize("view", ["top", "oblique", "graph", "anchors"])
+def test_no_floor_s_title_lies_on_another_in_a_tall_building(view):
+    """Where a name has no room, the number stays."""
+    figure = drawn(view, "many floors")
+    figure.draw_without_rendering()
+    titles = [text for text in words(figure) if text.get_text().startswith("Floor")]
+    boxes = [Text.get_window_extent(text).padded(-1) for text in titles]
+    assert len(boxes) == 30
+    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+
+
+@pytest.mark.parametrize("name", ["paper", "tower", "school"])
+def test_a_floor_s_title_has_its_name_where_there_is_room(name):
+    """Beside another panel, and over one."""
+    storeys = shipped(name).drawing.storeys
+    named = [f"Floor {k}: {storey.name}" for k, storey in enumerate(storeys, 1)]
+    axes = drawn("top", name).axes
+    assert [each.get_title(loc="left") for each in axes] == named
+
+
+@pytest.mark.parametrize("view", ["top", "graph", "anchors"])
+def test_x_is_labelled_where_no_floor_is_below(view):
+    """Five floors in three columns: also the third, over an empty place."""
+    figure = drawn(view, "tower")
+    figure.draw_without_rendering()
+    labels = [axes.get_xlabel() for axes in figure.axes]
+    assert labels == ["", "", *["x, metres east"] * 3]
+    for axes, label in zip(figure.axes, labels, strict=True):
+        shown = [text.get_visible() for text in axes.get_xticklabels()]
+        assert shown == len(shown) * [bool(label)]
 
 
 @pytest.mark.parametrize("view", ["top", "graph", "anchors"])

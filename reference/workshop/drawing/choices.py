@@ -64,13 +64,13 @@ def anchors(building: Building) -> Figure:
     floors = range(building.floors)
     figure, panels = page.floor_page(building, building.title, floors, about, _PALE)
     found = anchors_of(simulation)
+    counts = dict[int, str]()
     for floor, by_kind in found.items():
         stars = ways_on_floor(building, floor, way_marks(building, floor)[0])
         _draw_anchors(panels[floor], {**by_kind, WAY_OUT: stars})
         signs = [np.unique(spots.round(6), axis=0) for spots in by_kind.values()]
         count = sum(map(len, signs))
-        name = page.floor_title(building, floor)
-        panels[floor].set_title(f"{name}, {count} anchors")
+        counts[floor] = f", {count} anchors"
     _draw_people(simulation, panels)
     for robot in simulation.world.robots:
         panels[robot.floor].plot(*robot.position, **ANCHOR_LOOKS[A_ROBOT])
@@ -81,6 +81,7 @@ def anchors(building: Building) -> Figure:
     )
     columns = int(figure.get_figwidth() / 2.9)
     page.legend(figure, marks, ncols=columns, labelspacing=0.9)
+    page.lay_out(figure, building, panels, counts)
     return figure
 
 

@@ -22,7 +22,7 @@ from reference.workshop.comparing.intervals import intervals_of_columns
 from reference.workshop.comparing.results import Cell, mean_and_interval
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.drawing.colours import DASHES, lines_of
-from reference.workshop.drawing.page import Style, legend, sheet
+from reference.workshop.drawing.page import Style, label_outer, legend, sheet
 
 SURVIVAL_COLOURS = LinearSegmentedColormap.from_list(
     "even", ["#dc7d33", "#fbf7ef", "#62a0d8"]
@@ -86,7 +86,9 @@ def evacuation_curves(results: Sequence[RunResult], caption: str = "") -> Figure
     columns = min(len(fires), 3)
     rows = ceil(len(fires) / columns)
     width = max(7.5, 3.5 * columns)
-    page = sheet("Evacuation curves, with 95 % intervals", width, 2.5 * rows + 1.5)
+    many = len(results) > len({run.match for run in results})
+    about = ", with 95 % intervals" if many else ""
+    page = sheet("Evacuation curves", width, 2.5 * rows + 1.5, about)
     latest = max(run.evacuation_time or 0 for run in results)
     t = np.arange(0, latest + 2)
 
@@ -94,11 +96,11 @@ def evacuation_curves(results: Sequence[RunResult], caption: str = "") -> Figure
         axes = page.add_subplot(rows, columns, place, xlim=(0, t[-1]), ylim=(0, 102))
         axes.set(xlabel="seconds", ylabel="people out, %")
         axes.set_title(fill(f"fire: {fire}", 40))
-        axes.label_outer()
         axes.grid(axis="y")
         for name, line in lines.items():
             runs = [run for run in results if run.match == (name, fire)]
             plot_who_is_out(axes, runs, t, fill(name, 24), **line)
+    label_outer(page.axes, columns)
 
     letters = min(24, max(map(len, robots)))
     entry = 0.8 + 0.07 * letters  # inches

@@ -51,7 +51,7 @@ def crowding_map(crowding: Crowding, heading: str = "") -> Figure:
     note = "density: people on stairs are not counted" if building.stairwells else ""
     handles = [*page.swatches(building.kind), *died]
     page.legend(figure, handles, title=note, title_fontsize=8)
-    figure.draw_without_rendering()
+    page.lay_out(figure, building, panels)
     for area in building.areas:
         plans.write_in_corner(panels[area.floor], building, area)
     return figure

@@ -51,7 +51,7 @@ MOST_HIGH = 5.2  # inches of floors
 LEAST_SCALE = 0.9  # inches, of health beside floors that are lower
 FLOORS_WIDE = 0.85  # of an evacuation's share of the page
 BELOW = 3.5  # inches of the page for headings, curves and legends
-LETTERS_PER_INCH = 6.8  # of a title; others are half as wide
+LETTERS_PER_INCH = 13.6  # of lines below a title
 POINTS_PER_INCH = 72
 TRAIL_SECONDS = 10
 TRAIL = f"walked in {TRAIL_SECONDS} s"
@@ -138,14 +138,13 @@ class Scene:
         across = columns * cells_across
         width = ALONE_WIDE - MORE_WIDE + MORE_WIDE * count
         high = min(MOST_HIGH, FLOORS_WIDE * width / count * down / across)
-        letters = int(LETTERS_PER_INCH * width / count)
 
         self.figure = page.Picture((width, high + BELOW), layout="constrained")
         look: Style = {"height_ratios": (high, 1), "squeeze": False}
         pairs = self.figure.subplots(2, count, **look).T
         for (axes, curve), heading in zip(pairs, headings, strict=True):
             moves = paint_floors(axes, building, POINTS_PER_INCH * high / down)
-            _write_heading(axes, heading or building.title, letters)
+            _write_heading(axes, heading or building.title, width / count)
             curve.set(xlim=(0, paper.health_seconds()), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")
             curve.locator_params(axis="y", integer=True)
@@ -373,17 +372,18 @@ class EvacuationPanel:
         self.marks[name].set_data(*self.on_page(floor, position))
 
 
-def _write_heading(axes: Axes, heading: str, letters: int) -> None:
-    """Write a title that has room for letters, and all further lines small below it."""
+def _write_heading(axes: Axes, heading: str, wide: float) -> None:
+    """Write a title, and all further lines small below it, on so many inches."""
     title, *lines = heading.split("\n")
-    longest = 2 * letters
+    longest = int(LETTERS_PER_INCH * wide)
     words = [
         part
         for line in lines
         for part in wrap(page.of_shorter_words(line, longest), longest)
     ]
     look: Style = {"fontsize": 14, "weight": "bold", "pad": 38 + 13 * len(words)}
-    axes.set_title(page.shortened(title, letters), **look)
+    room = FLOORS_WIDE * wide * axes.figure.dpi
+    page.write_title(axes.set_title("", **look), title, room)
     for row, line in enumerate(reversed(words)):
         _note(axes, line, 0, 36 + 13 * row, 9)
 

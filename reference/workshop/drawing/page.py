@@ -19,6 +19,7 @@ from matplotlib.colors import to_rgb, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.text import Text
 from numpy.typing import ArrayLike
 from PIL import Image
 
@@ -46,6 +47,8 @@ MEANINGS = {
 TEXT = "#23272e"
 FAINT = "#6b7480"
 BLUE = "#1b5e9e"  # of curves
+EDGE = 0.1  # inches at the edge of a page, without a title
+MOST_LETTERS = 200  # of a title, which are more than fit
 NEAR_AN_INK = 11  # red, green and blue of 255: Pillow may take one for the other
 
 Style = dict[str, Any]
@@ -121,8 +124,24 @@ def sheet(
     about: the end of the title, which stays whole however long the rest is
     """
     figure = Picture(figsize=(width, height), layout=layout or "constrained")
-    figure.suptitle(shortened(title, int(8 * width) - len(about)) + about)
+    wide = figure.bbox.width - 2 * EDGE * figure.dpi
+    write_title(figure.suptitle(""), title, wide, about)
     return figure
+
+
+def write_title(text: Text, title: str, wide: float, about: str = "") -> None:
+    """Write a title, as much of it as fits in so many pixels, and all of its end."""
+    longest = min(len(title), MOST_LETTERS)
+    choices = [shortened(title, k) + about for k in range(longest, 0, -1)]
+    write_fitting(text, choices or [about], wide)
+
+
+def write_fitting(text: Text, choices: Iterable[str], wide: float) -> None:
+    """Write the first of the choices that is no wider, else the last; wide: pixels."""
+    for words in choices:
+        text.set_text(words)
+        if text.get_window_extent().width <= wide:
+            break
 
 
 def shortened(words: str, longest: int) -> str:
@@ -176,7 +195,7 @@ def floor_page(
 ) -> tuple[Picture, dict[int, Axes]]:
     """Make a titled figure with a panel in metres for each of the floors.
 
-    about: the end of the title, see `sheet`
+    about: the end of the title, see `sheet`.  Call `lay_out` once all is on the page.
     """
     rows, columns = arranged(building, len(floors))
     down, across = np.multiply((rows, columns), building.kind.shape[1:])
@@ -188,8 +207,42 @@ def floor_page(
     for place, floor in enumerate(floors, 1):
         panels[floor] = figure.add_subplot(rows, columns, place)
         paint_floor(panels[floor], building, floor, alpha)
-        panels[floor].label_outer()
+    label_outer([*panels.values()], columns)
     return figure, panels
+
+
+def label_outer(panels: Sequence[Axes], columns: int) -> None:
+    """Keep labels of x where no panel is below, of y where none is to the left."""
+    for place, axes in enumerate(panels):
+        if place + columns < len(panels):
+            axes.set_xlabel("")
+            axes.tick_params(labelbottom=False)
+        if place % columns:
+            axes.set_ylabel("")
+            axes.tick_params(labelleft=False)
+
+
+def lay_out(
+    figure: Figure,
+    building: Building,
+    panels: Mapping[int, Axes],
+    about: Mapping[int, str] | None = None,
+) -> None:
+    """Lay out a page of floors; their titles end before the next panel.
+
+    about: what the titles of floors say after their names
+    """
+    figure.draw_without_rendering()
+    _, columns = arranged(building, len(panels))
+    starts = [axes.get_window_extent().x0 for axes in panels.values()]
+    for place, (floor, axes) in enumerate(panels.items()):
+        is_last = (place + 1) % columns == 0 or place + 1 == len(panels)  # of its row
+        end = figure.bbox.width if is_last else starts[place + 1]
+        wide = end - starts[place] - EDGE * figure.dpi
+        more = (about or {}).get(floor, "")
+        number = f"Floor {floor + 1}"
+        choices = (floor_title(building, floor) + more, number + more, number)
+        write_fitting(axes.set_title(""), choices, wide)
 
 
 def arranged(building: Building, floors: int) -> tuple[int, int]:

@@ -19,6 +19,7 @@ from reference.workshop.drawing.page import COLOURS, Picture, Style
 
 HALO: Style = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
 _BOX: Style = {"boxstyle": "round,pad=0.3", "fc": "white", "ec": page.TEXT, "lw": 0.8}
+_OVER_NAMES: Style = {"zorder": 4, "clip_on": False, "in_layout": False}
 _NUMBER_TEXT = 8.0
 _SMALL_TEXT, _SMALLEST_TEXT = 6.0, 4.0
 _CORNER_TEXT = 6.5
@@ -53,7 +54,7 @@ def top(building: Building, floor: int | None = None) -> Picture:
     floors = [*range(building.floors)] if floor is None else [floor]
     figure, panels = page.floor_page(building, building.title, floors)
     page.legend(figure, page.swatches(building.kind[floors]))
-    figure.draw_without_rendering()
+    page.lay_out(figure, building, panels)
     for area in building.areas:
         if area.floor in panels:
             write_name(panels[area.floor], building, area)
@@ -77,7 +78,7 @@ def graph(building: Building) -> Figure:
     numbers = "numbers: of doors, entrances and exits on their floor, as in"
     look = {"title": f"{numbers} {building.landmarks[-1].id}", "title_fontsize": 9}
     page.legend(figure, page.samples(nodes | ways), **look)
-    figure.draw_without_rendering()
+    page.lay_out(figure, building, panels)
 
     for *sides, key in building.graph.edges(keys=True):
         mark = building.landmark_of.get(key)
@@ -95,17 +96,24 @@ def graph(building: Building) -> Figure:
         axes.plot(*node_of(building, area), **NODES[area.kind])
         box: Style = {"bbox": _BOX} if area.kind == "room" else {"color": "white"}
         write_name(axes, building, area, 8.0, look=box)
-    for floor, axes in panels.items():
-        _write_numbers(axes, building, floor)
+    for mark in building.landmarks:
+        if mark.kind is Kind.EXIT:  # once more, over names
+            panels[mark.floor].plot(*mark.position, **WAYS[mark.kind] | _OVER_NAMES)
+    numbered = [_write_numbers(axes, building, k) for k, axes in panels.items()]
+    if not any(numbered):
+        figure.legends[0].set_title("")
     return figure
 
 
-def _write_numbers(axes: Axes, building: Building, floor: int) -> None:
-    """Write each way's number in the nearest wall cell that has none, if it fits."""
+def _write_numbers(axes: Axes, building: Building, floor: int) -> bool:
+    """Write each way's number in the nearest wall cell that has none, if it fits.
+
+    Returns whether any is written.
+    """
     size = min(0.8 * points_per_metre(axes), _NUMBER_TEXT)
     cells = np.argwhere(building.kind[floor] == Kind.WALL).tolist()
     if size < _SMALLEST_TEXT or not cells:
-        return
+        return False
     walls = np.array([building.metres(*cell) for cell in cells])
     look: Style = {"ha": "center", "va": "center_baseline", "fontsize": size}
     for mark in building.landmarks:
@@ -113,9 +121,10 @@ def _write_numbers(axes: Axes, building: Building, floor: int) -> None:
             k = np.hypot(*(walls - mark.position).T).argmin()
             x, y = walls[k]
             if np.isinf(x):  # all are taken
-                return
+                break
             axes.text(x, y, mark.id.rpartition("-")[2], **look)
             walls[k] = np.inf  # taken
+    return bool(np.isinf(walls).any())
 
 
 def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:

@@ -32,6 +32,7 @@ GAP = 4.0  # metres of page between two storeys, the lower one's walls included
 ROWS_IN_A_FLIGHT = 5  # rows of stairs, from one foot to the next
 STEP_RISE = 0.15  # metres that a row of stairs is higher than the one before
 WINDOW = np.array((12, 15))  # rows and columns that a close-up shows
+TWO_LINES = 0.5  # inches a storey, if its number and name stand one above the other
 LARGEST_NAME = 7.0  # points, of a room's
 _LINK: Style = {"color": COLOURS[Kind.ENTRANCE], "lw": 1.4, "ls": (0, (4, 3))}
 
@@ -118,7 +119,9 @@ def _storeys(building: Building, about: str, look: Look) -> Figure:
 
     for floor in range(building.floors):
         add_boxes(axes, building.kind[floor], look, floor * lift)
-        name = page.floor_title(building, floor).replace(": ", "\n")
+        name = page.floor_title(building, floor)
+        if high > TWO_LINES * building.floors:
+            name = name.replace(": ", "\n")
         axes.text(-1, floor * lift, name, ha="right", va="center", fontsize=10)
         for shaft in building.stairwells:
             if shaft.leads_down(floor + 1):
