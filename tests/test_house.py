@@ -229,7 +229,7 @@ PARTS = {
     "tests": sorted((ROOT / "tests").rglob("*.py")),
     "tutorials": sorted((ROOT / "tutorials").rglob("*.py")),
 }
-MOST_TOKENS = 37_400
+MOST_TOKENS = 37_500
 """Of the book without `paper`: whoever moves a number there pays nothing for it."""
 
 LAYOUT = {

@@ -31,7 +31,8 @@ class Player:
         settings: TrainerSettings,
     ):
         self.codec = settings.codec(side, building, scenario)
-        self.actor = settings.network(Actor)(self.codec.sizes, settings).eval()
+        with torch.random.fork_rng(devices=[]):  # weights follow; nobody sees the draw
+            self.actor = settings.network(Actor)(self.codec.sizes, settings).eval()
 
     def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:
         """Decide at all these moments by one call of the network.

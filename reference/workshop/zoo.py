@@ -207,9 +207,9 @@ class FlatEnvironment(ZooEnvironment):
     """One box of numbers in [-1, 1]; every agent stays to the end of the episode.
 
     Observations are the scaled vector without the grid; rewards are shares of the
-    health with which all people begin. An agent that has left observes zeros and is
-    paid nothing; all end together. Where all agents must be alike, a strategy plays
-    one side, as `fire="random"`.
+    health with which all people begin. An agent that has left observes zeros at once
+    and is paid nothing more; all end together. Where all agents must be alike, a
+    strategy plays one side, as `fire="random"`.
     """
 
     def __init__(self, *args: Any, **chosen: Any):
@@ -224,7 +224,8 @@ class FlatEnvironment(ZooEnvironment):
         if not self.agents:  # over, or not begun
             _, rewards, ended, cut, infos = super().step({})
             return {}, rewards, ended, cut, infos
-        seen, paid, _, cut, told = super().step(actions)
+        seen, paid, ended, cut, told = super().step(actions)
+        seen |= {agent: np.zeros_like(seen[agent]) for agent in ended if ended[agent]}
         everybody = self.possible_agents
         over = not self.agents
         late = over and any(cut.values())

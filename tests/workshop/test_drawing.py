@@ -1045,6 +1045,20 @@ def test_a_notebook_draws_a_simulation_s_curves_from_its_events():
     assert others[-2][1:4] == others[-1][1:4] == drawing.tally(run.world)[1:4]
 
 
+def test_curves_of_a_world_that_goes_on_count_who_had_left_before():
+    """From the first event on: what was at 0 s is not known."""
+    run = Simulation(TINY, Scenario(people=6), seed=1)
+    while run.world.occupancy[0] == 3:
+        run.step()
+    later = Simulation(TINY, run.scenario, world=run.world, seed=2)
+    later.run()
+    tallies = drawing.history_of(later)
+    assert len(tallies) == len(later.events) + 1
+    counts = [(each.out, each.inside, each.dead) for each in tallies]
+    assert counts == sorted(counts, key=lambda c: (c[0], c[2]))
+    assert counts[-1] == counts[-2] == drawing.tally(later.world)[1:4]
+
+
 # -- Saving -------------------------------------------------------------------------
 
 

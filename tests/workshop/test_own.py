@@ -399,17 +399,20 @@ def nearest(seen):
 def test_a_policy_on_flat_observations_plays_as_it_does_in_the_environment(side):
     """From the same seed, to the same end; robots that have left see zeros in both."""
     zoo = pytest.importorskip("reference.workshop.zoo")
+    scene = Scenario(people=6)  # so long that robots leave an empty floor
     seen = []
     asked = []
 
     def policy(observed):
-        """Remember what is observed; the fire goes to the ground floor."""
+        """Robots go east, until one has left; the fire goes to the ground floor."""
         asked.append(observed)
-        places = nearest(observed)
-        return places if side == "robots" else np.insert(places, 0, -1, axis=1)
+        if side == "fire":
+            return np.insert(nearest(observed), 0, -1, axis=1)
+        way = 1.0 if observed.any(axis=1).all() else -1.0
+        return np.tile([way, 0.0], (len(observed), 1))
 
     other = {"fire": "random"} if side == "robots" else {"robots": "sweep"}
-    environment = zoo.parallel_env("tiny", SCENE, flat=True, **other)
+    environment = zoo.parallel_env("tiny", scene, flat=True, **other)
     observed, _ = environment.reset(seed=4)
     for _ in turns(environment.environment):
         rows = np.stack([observed[agent] for agent in environment.agents])
@@ -419,15 +422,47 @@ def test_a_policy_on_flat_observations_plays_as_it_does_in_the_environment(side)
     expected = environment.environment.simulation
     asked.clear()
     if side == "robots":
-        guide = FlatRobots(policy, "tiny", SCENE)
+        guide = FlatRobots(policy, "tiny", scene)
         fire = expected.fire_strategy
     else:
         guide = Sweep()
-        fire = FlatFire(policy, "tiny", SCENE)
-    ours = Simulation(shipped("tiny"), SCENE, guide, fire, seed=4)
+        fire = FlatFire(policy, "tiny", scene)
+    ours = Simulation(shipped("tiny"), scene, guide, fire, seed=4)
     assert ours.run() == expected.outcome()
     assert ours.events == expected.events
-    assert all(any(np.array_equal(a, b) for b in seen) for a in asked)
+    if side == "fire":  # it is asked only when it is its turn
+        assert all(any(np.array_equal(a, b) for b in seen) for a in asked)
+    else:
+        assert len(asked) == len(seen)
+        assert all(map(np.array_equal, asked, seen))
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        (lambda seen: seen[:, :1], "an action is 2 numbers from -1 to 1"),
+        (lambda seen: seen[:, :3], "an action is 2 numbers from -1 to 1"),
+        (lambda seen: seen[:1, :2], "a policy gave 1 actions for 4"),
+        (lambda seen: [["a", "b"]] * len(seen), "an action is 2 numbers from -1 to 1"),
+        (lambda seen: seen[:, :2] + [np.nan, 0], "an action is 2 numbers from -1 to 1"),
+    ],
+)
+def test_refuses_actions_of_a_policy_that_are_no_actions(said, told):
+    """Of another shape, or no numbers: none is spread over all robots in silence."""
+    run = Simulation(shipped("tiny"), SCENE, FlatRobots(said, "tiny", SCENE))
+    with pytest.raises(InputError, match=told):
+        run.run()
+
+
+def test_a_fire_s_policy_says_numbers_for_each_decision():
+    """Not-a-number is no place; robots keep their destination by it."""
+    fire = FlatFire(lambda seen: np.full((1, 3), np.nan), "tiny", SCENE)
+    with pytest.raises(InputError, match="an action is 3 numbers from -1 to 1"):
+        Simulation(shipped("tiny"), SCENE, fire=fire).run()
+    keep = FlatRobots(lambda seen: np.full((len(seen), 2), np.nan), "tiny", SCENE)
+    run = Simulation(shipped("tiny"), SCENE, keep)
+    run.run()
+    assert all(robot.destination is None for robot in run.world.robots)
 
 
 @pytest.mark.parametrize(

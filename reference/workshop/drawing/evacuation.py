@@ -93,12 +93,17 @@ def tally(world: World) -> Tally:
 
 
 def history_of(simulation: Simulation) -> list[Tally]:
-    """Tally a simulation from its beginning, by its events; only now has spots."""
+    """Tally a simulation by its events; only now has spots.
+
+    From 0 s on, or, if people had left or died in the world that it began with, from
+    its first event on.
+    """
     now = tally(simulation.world)
     people = now.out + now.inside + now.dead
-    out = 0
-    dead = 0
-    tallies = [Tally(0.0, 0, people, 0)]
+    # before the first event
+    out = now.out - sum(isinstance(e, Evacuated) for e in simulation.events)
+    dead = now.dead - sum(isinstance(e, Died) for e in simulation.events)
+    tallies = [] if out or dead else [Tally(0.0, 0, people, 0)]
     for event in simulation.events:
         out += isinstance(event, Evacuated)
         dead += isinstance(event, Died)

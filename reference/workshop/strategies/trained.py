@@ -18,7 +18,12 @@ from numpy.random import Generator as Rng
 from reference.building import Building
 from reference.fire import Decision
 from reference.game.codec import Moment, decision_in
-from reference.game.environment import destination, fire_decision
+from reference.game.environment import (
+    FIRE,
+    action_size,
+    destination,
+    fire_decision,
+)
 from reference.game.observations import (
     Layout,
     fire_vectors,
@@ -27,7 +32,7 @@ from reference.game.observations import (
     vector_layout,
 )
 from reference.learning.settings import Side
-from reference.paper import InputError, Scenario
+from reference.paper import InputError, Scenario, check_action
 from reference.robots import Destinations
 from reference.workshop.maps import load, same_cells
 from reference.world import Robot, World
@@ -210,13 +215,24 @@ class Flat(Trained):
         self.layout = vector_layout(self.building, self.scenario)
 
     def decisions(self, vectors: np.ndarray, world: World, rng: Rng) -> list[Any]:
-        """What the policy's actions, (G, A) in [-1, 1], mean in metres."""
+        """What the policy's actions, (G, A) in [-1, 1], mean in metres.
+
+        Raises InputError for actions of another shape, and for what is no number.
+        """
         seen = flat_vectors(self.layout, vectors)
         if self.side == "robots":
             seen[~robots_at_work(world)] = 0  # who has left, as `FlatEnvironment` shows
         read = destination if self.side == "robots" else fire_decision
-        actions = np.asarray(self.policy(seen), dtype=float)
-        return [read(self.building, action) for action in actions]
+        actions = self.policy(seen)
+        if len(actions) != len(seen):
+            raise InputError(f"a policy gave {len(actions)} actions for {len(seen)}")
+        agent = FIRE if self.side == "fire" else "a robot"
+        size = action_size(agent)
+        found = []
+        for action in actions:
+            numbers = check_action(agent, {agent: action}, size, keep=agent != FIRE)
+            found.append(read(self.building, numbers))
+        return found
 
 
 class FlatRobots(Flat, TrainedRobots):
