@@ -324,13 +324,14 @@ def test_people_are_counted_where_they_are():
 @pytest.mark.paper("F11")
 def test_a_fire_burns_on_when_everybody_is_out():
     """All its sources count, and the run itself is left alone."""
-    sim = Simulation(shipped("tiny"), Scenario(people=4), Sweep(), RandomFire(), seed=1)
+    slow = Scenario(people=4, spread_rate=0.001)  # nothing burns but the sources
+    sim = Simulation(shipped("tiny"), slow, Sweep(), RandomFire(), seed=1)
     sim.run()
     ended = sim.world.time
     lit = len(sim.world.flames.sources)
     later = arrival_of(sim)
     assert lit < FIRE_SOURCES and ended < 60
-    assert (later < sim.world.flames.arrival).any()
+    assert np.isfinite(later).sum() == FIRE_SOURCES
     assert (sim.world.time, len(sim.world.flames.sources)) == (ended, lit)
 
 

@@ -39,13 +39,16 @@ def played(scenario: Scenario) -> Episode:
 
 
 def replayed(episode: Episode, environment: Environment):
-    """Take the recorded actions again: each side's rewards, one a decision; each
-    agent's last observation; and whom time cut off."""
+    """Take the recorded actions again: each side's rewards, one a decision; what it is
+    told then and at the end, see `told_to`; and whom time cut off."""
+    *team, _ = environment.possible_agents
     floors = environment.building.floors
     paid = {"robots": [], "fire": []}
+    told = {"robots": [], "fire": []}
     seen, infos = environment.reset(episode.seed)
     fires = iter(episode.fire.actions[:, 0])
     for raw in episode.robots.actions:
+        told["robots"].append(told_to(team, seen, infos))
         axes = raw.clip(-3, 3) / 3
         actions = dict(zip(environment.possible_agents, axes, strict=False))
         actions[FIRE] = np.zeros(3)
@@ -54,13 +57,23 @@ def replayed(episode: Episode, environment: Environment):
             middle = (2 * branch + 1) / floors - 1  # of this floor's share of [-1, 1]
             actions[FIRE] = np.array([middle, *np.clip(place, -3, 3) / 3])
             paid["fire"].append(0.0)
-        now, rewards, _, cut, infos = environment.step(actions)
-        seen |= now
+            told["fire"].append(told_to([FIRE], seen, infos))
+        now, rewards, _, cut, says = environment.step(actions)
+        seen |= now  # who has left keeps what it was told last
+        infos |= says
         paid["robots"].append(rewards["robot_0"])
         if paid["fire"]:
             paid["fire"][-1] += rewards[FIRE]
     assert environment.agents == [] == list(fires)
-    return paid, seen, [agent for agent in cut if cut[agent]]
+    told["robots"].append(told_to(team, seen, infos))
+    told["fire"].append(told_to([FIRE], seen, infos))
+    return paid, told, [agent for agent in cut if cut[agent]]
+
+
+def told_to(agents, seen, infos):
+    """Their vectors, the grid of all, and whose next action is read."""
+    vectors = np.stack([seen[agent]["vector"] for agent in agents])
+    return vectors, seen[FIRE]["grid"], [infos[agent]["acts"] for agent in agents]
 
 
 @pytest.mark.paper("C8", "D6", "E3")
@@ -85,21 +98,23 @@ def replayed(episode: Episode, environment: Environment):
 def test_a_trajectory_is_what_the_environment_says_to_its_actions(
     people, seconds, robots_go_on, fire_goes_on
 ):
-    """Rewards, last observations, and who is cut off with something left to decide."""
+    """Rewards; what is observed and who decides, at each decision; what is observed
+    last, and who is cut off with something left to decide."""
     scenario = replace(SCENARIO, people_per_floor=people, time_limit=float(seconds))
     episode = played(scenario)
     environment = Environment(building_of(TINY), scenario)
-    paid, seen, cut = replayed(episode, environment)
+    paid, told, cut = replayed(episode, environment)
     *team, fire = environment.possible_agents
     assert cut == team[:robots_go_on] + [fire] * (robots_go_on > 0)
     at_work = robots_at_work(environment.simulation.world)  # when time was up
     scaled = vector_layout(environment.building, scenario).scaled
-    for side, agents in {"robots": team, "fire": [fire]}.items():
+    for side in SIDES:
         t = getattr(episode, side)
         assert t.rewards == pytest.approx(paid[side]) and any(paid[side])
-        told = np.stack([seen[agent]["vector"] for agent in agents])
-        assert np.array_equal(t.vectors[-1], scaled(told) if agents == [fire] else told)
-        assert np.array_equal(t.grids[-1], seen[fire]["grid"])
+        vectors, grids, acts = map(np.stack, zip(*told[side], strict=True))
+        assert np.array_equal(t.vectors, scaled(vectors) if side == "fire" else vectors)
+        assert np.array_equal(t.grids, grids)
+        assert np.array_equal(t.alive[:-1], acts[:-1])
     goes_on = [agent in cut and at_work[k] for k, agent in enumerate(team)]
     assert episode.robots.alive[-1].tolist() == goes_on
     assert episode.fire.alive[-1].tolist() == [fire_goes_on]

@@ -894,6 +894,29 @@ def test_floor_to_look_at_stays_the_goal_when_it_goes_out_of_sight():
     assert sim.building.cell(*sim.world.bodies.target[0]) == (1, 5)
 
 
+@pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
+def test_floor_behind_flames_is_not_looked_at_again():
+    """Of all in sight only the far side of the flame was never well seen; p stays."""
+    sim = stage("#....p.*....E", leads="p")
+    me = mind(sim, "p")
+    p = int(sim.world.bodies.place[0])
+    me.been = dict.fromkeys([p - 2, p - 1, p])
+    assert p + 5 in view(sim, "p").ground
+    assert look_again(me, view(sim, "p")).place == p
+
+
+@pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
+def test_floor_to_look_at_is_given_up_when_flames_bar_it():
+    """It is out of sight, nine metres on; the flame before it is in sight."""
+    sim = stage("#....p..*.........E", leads="p")
+    me = mind(sim, "p")
+    p = int(sim.world.bodies.place[0])
+    me.been = dict.fromkeys([p - 2, p - 1, p])
+    me.goal = Goal(Aim.DIRECTION, place=p + 9)
+    assert p + 9 not in view(sim, "p").ground
+    assert look_again(me, view(sim, "p")).place == p
+
+
 @pytest.mark.paper("A9", "chosen")
 @pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 @given(GRIDS, st.integers(0, 99), st.sampled_from([1.0, 2.5, paper.SIGHT_RANGE]))

@@ -13,6 +13,7 @@ from reference.fire import RandomFire
 from reference.game import observations
 from reference.game.observations import from_normalised
 from reference.paper import Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.anchors.frame import robot_destinations, to_normalised
 from reference.workshop.strategies.guides import Sweep
@@ -22,7 +23,7 @@ BUILDINGS = ["paper", "tiny", "museum", "school", "tower"]
 
 TWO_FLOORS = """
        ##########
-    ####p......q#
+    ####q......p#
     #AA+...R....E
     ####........#
        ##########
@@ -254,12 +255,12 @@ def test_after_the_observer_come_its_team_and_then_the_others():
 
 @pytest.mark.paper("C4", "deviation")
 def test_people_of_the_own_floor_come_nearest_first():
-    """p is 3 m from the robot of its floor, q is 4 m; then those upstairs."""
+    """q is 3 m from the robot of its floor, p is 4 m; then those upstairs."""
     sim = stage(TWO_FLOORS)
     bodies = sim.world.bodies
     p, q, r, s = np.column_stack([bodies.position, bodies.floor]).tolist()
-    assert decoded(sim, k=0).humans.tolist() == [p, q, r, s]
-    assert decoded(sim, k=1).humans.tolist()[2:] == [p, q]
+    assert decoded(sim, k=0).humans.tolist() == [q, p, r, s]
+    assert decoded(sim, k=1).humans.tolist()[2:] == [q, p]
 
 
 @pytest.mark.paper("C4")
@@ -287,6 +288,13 @@ def test_the_fire_keeps_everybody_at_their_own_number():
     assert seen.humans[1].tolist() != list(paper.ABSENT_POINT)
     robots = [[*robot.position, robot.floor] for robot in sim.world.robots]
     assert np.array_equal(seen.robots, np.float32(robots))
+
+
+@pytest.mark.paper("D1")
+def test_robots_that_do_not_play_are_below_the_ground():
+    """All that the scenario has: the fire's vector is as long as ever."""
+    sim = Simulation(shipped("tiny"), Scenario(), NoRobots(), RandomFire())
+    assert (fire_decoded(sim).robots == paper.ABSENT_POINT).all()
 
 
 @pytest.mark.paper("C4", "D1")

@@ -429,17 +429,18 @@ def test_when_nobody_is_inside_all_who_are_there_are_terminated():
 
 
 def test_when_time_is_up_all_who_have_work_are_truncated():
-    """A robot whose floor has emptied in this very step is terminated."""
+    """A robot whose floor has emptied in this very step is terminated; nobody acts."""
     environment = game("paper", people=12, time_limit=12)
     for _ in range(2):
         environment.step(idle(environment))
     gone(environment, 2)
-    _, _, terminations, truncations, _ = environment.step(idle(environment))
+    _, _, terminations, truncations, infos = environment.step(idle(environment))
     robots = observations.robots_at_work(environment.simulation.world).tolist()
     at_work = {**dict(zip(truncations, robots, strict=False)), "fire_0": True}
     assert 0 < sum(robots) < len(robots)
     assert truncations == at_work
     assert terminations == {agent: not works for agent, works in at_work.items()}
+    assert {info["acts"] for info in infos.values()} == {0.0}
     assert environment.simulation.world.time == pytest.approx(12)
     assert environment.agents == []
 

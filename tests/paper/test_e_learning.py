@@ -12,6 +12,7 @@ from reference.learning import poca, ppo
 from reference.learning.adversarial import learn, learner_for, player_of
 from reference.learning.rollouts import Job, play
 from reference.paper import TABLE_I, TABLE_II, Scenario
+from reference.robots import NoRobots
 from reference.workshop.maps import load, plan_of
 
 TINY = plan_of(load("tiny"))
@@ -83,13 +84,30 @@ def test_the_fire_draws_other_noise_than_the_robots():
     assert not np.isclose(*noise, atol=1e-3).any()
 
 
+@pytest.mark.paper("D2", "E3")
+def test_the_fire_s_floor_is_drawn():
+    """Not always the likeliest one: in eight episodes it chooses another, too."""
+    learner = learner_for("fire", TINY, SCENE, settings("ppo", **SMALL), 1)
+    job = Job(TINY, SCENE, NoRobots(), player_of(learner), seeds=tuple(range(8)))
+    others = 0
+    for episode in play(job):
+        t = episode.fire
+        seen = torch.from_numpy(t.vectors[:-1]), torch.from_numpy(t.grids[:-1])
+        likeliest = learner.actor(*seen).act().detach().numpy()
+        others += (t.actions[..., 2] != likeliest[..., 2]).sum()
+    assert others > 0
+
+
 @pytest.mark.paper("E3")
 def test_a_side_learns_from_all_episodes_once_its_buffer_is_full():
-    """Nothing changes with 4 or 8 decisions of 8; the ninth and all before it count."""
+    """Nothing changes with 4 or 8 decisions of 8; the ninth and all before it count.
+
+    What two agents decide at once are two decisions.
+    """
     learner = ppo.Learner(settings("ppo", buffer_size=8), SIZES, seed=1)
     weights = [p.detach().clone() for p in learner.actor.parameters()]
-    once = [SimpleNamespace(robots=life("####", seed=0))]
-    twice = [*once, SimpleNamespace(robots=life("####", seed=1))]
+    once = [SimpleNamespace(robots=life("##", "##", seed=0))]
+    twice = [*once, SimpleNamespace(robots=life("##", "##", seed=1))]
     assert learn("robots", learner, once) == learn("robots", learner, once) == {}
     assert len(learner.buffer) == 2 and learner.steps == 8
     same = zip(weights, learner.actor.parameters(), strict=True)

@@ -262,6 +262,25 @@ def test_at_max_steps_all_three_schedules_are_at_their_floors():
     assert learner.schedules() == (1e-10, 0.1, 1e-5)
 
 
+@pytest.mark.paper("E1", "Tab. I")
+@pytest.mark.paper("E3")
+def test_the_loss_is_by_the_epsilon_and_beta_of_the_schedules():
+    """ε in the policy's part and in the baseline's, β before the entropy; the settings
+    have only their first values."""
+    learner = GroupLearner(settings("poca"), SIZES, 0)
+    learner.add([life("######", "######")])
+    rows = learner.buffer[0]
+    rows.baselines += 5  # beyond either clip
+    early, wide = learner.loss(rows, 0.2, 0.005)
+    late, narrow = learner.loss(rows, 0.01, 0.005)
+    for part in ("Losses/Policy Loss", "Losses/Baseline Loss"):
+        assert wide[part].item() != pytest.approx(narrow[part].item(), rel=1e-3)
+    assert early.item() != pytest.approx(late.item(), rel=1e-3)
+    eager, _ = learner.loss(rows, 0.2, 0.5)
+    more = (early - eager).item() / (0.5 - 0.005)
+    assert more == pytest.approx(wide["Policy/Entropy"].item(), rel=1e-3)
+
+
 @pytest.mark.paper("E3")
 def test_an_update_is_adam_s_step_on_the_summed_loss():
     """First step: p − lr·g/(|g| + 10⁻⁸), both networks at once, no gradient clipped."""

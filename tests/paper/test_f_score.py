@@ -187,6 +187,14 @@ def test_more_reward_and_more_difficulty_never_score_less(R_1, R_2, h_1, h_2):
 # -- Limits -------------------------------------------------------------------------
 
 
+@pytest.mark.paper("F2")
+@pytest.mark.parametrize("best", POINTS)
+def test_refuses_a_best_reward_that_is_no_more_than_the_worst(best):
+    """Less, or the same: no b and c pass through both points."""
+    with pytest.raises(RulerError, match="best reward is the worst"):
+        base_and_control(BEST_POINT, best)
+
+
 @pytest.mark.paper("F1", "chosen")
 @pytest.mark.parametrize("reward", [73_000, 1e308, float("inf")])
 def test_refuses_rewards_that_lie_off_the_ruler(reward):

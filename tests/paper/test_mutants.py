@@ -199,6 +199,9 @@ C3 game/observations
 C4 game/observations
   - rank = np.where(up >= 0, up, floors - up)
   + rank = np.abs(up)
+C4 game/observations
+  - np.lexsort((metres, rank), axis=-1)
+  + rank.argsort(axis=-1, kind="stable")
 C6 robots
   - goal = nav.nearest_free(robot.floor, *target)
   + goal = nav.nearest_free(robot.floor, *decision)

@@ -86,6 +86,7 @@ def test_fifty_frames_a_second_and_reward_100_reproduce_equation_7():
 
 
 @pytest.mark.paper("B8")
+@pytest.mark.paper("C2", "chosen")
 def test_the_scenario_of_the_paper_is_the_default():
     """Forty people, six robots, eight sources."""
     scenario = Scenario()
