@@ -132,7 +132,8 @@ FRONT_DOOR = {
 }
 """Names that `from reference import ...` knows, and where each is made."""
 
-__all__ = [*FRONT_DOOR]
+# once more, as a list that type checkers can read
+__all__ = ["Scenario", "Simulation", "animate", "draw", "load"]
 
 __version__ = "0.27.0"
 
@@ -150,7 +151,7 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """Name what is here, for completion: the front door, too."""
-    return sorted([*globals(), *FRONT_DOOR])
+    return sorted(globals() | FRONT_DOOR)
 
 
 def command_line() -> None:

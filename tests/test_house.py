@@ -193,6 +193,7 @@ def test_nothing_is_imported_that_is_not_declared():
 def test_the_front_door_knows_five_names():
     """They are a contract; nothing of them is imported before it is asked for."""
     assert [*FRONT_DOOR] == ["load", "Scenario", "Simulation", "draw", "animate"]
+    assert sorted(FRONT_DOOR) == reference.__all__
     assert {*FRONT_DOOR} < {*dir(reference)}
     code = "import sys, reference; print(*{'numpy', 'networkx'} & set(sys.modules))"
     assert subprocess.check_output([sys.executable, "-c", code], cwd=ROOT) == b"\n"
@@ -525,6 +526,40 @@ def test_the_map_in_the_readme_is_a_map(tmp_path):
     path = tmp_path / "tiny.txt"
     path.write_text(next(text for text in blocks("") if "building:" in text))
     assert main(["check", str(path)]) == 0
+
+
+TYPED = """from reference.learning.adversarial import adversarial_rounds
+from reference.learning.ppo import Learner
+from reference.learning.settings import Side
+from reference.paper import Scenario
+from reference.workshop.comparing import begin_evaluation
+from reference.workshop.drawing import save
+from reference.workshop.maps import MistakesError
+from reference.workshop.strategies import Sweep
+from reference.workshop.zoo import FlatEnvironment
+
+learners: dict[Side, Learner] = {}
+rounds = adversarial_rounds("", Scenario(), learners, [])
+seen, *_ = FlatEnvironment("tiny").step({})
+print(seen["fire_0"].shape, begin_evaluation, save, MistakesError, Sweep)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.extra
+@pytest.mark.parametrize("lines", [blocks("python")[0], TYPED], ids=["readme", "rooms"])
+def test_mypy_is_content_with_who_uses_the_package(lines, tmp_path):
+    """In its strict mode: what is imported is exported, and has the types it says."""
+    pytest.importorskip("mypy", reason="mypy is not installed: pip install -e '.[dev]'")
+    (tmp_path / "mine.py").write_text(lines)
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "mine.py"],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_the_readme_names_no_file_that_is_missing():

@@ -4,7 +4,7 @@ It runs in one process and writes no files.  The workshop's training uses the sa
 functions and adds workers and checkpoints.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from reference.building import building_of
@@ -23,7 +23,7 @@ from reference.robots import RobotStrategy
 def adversarial_rounds(
     plan: str,
     scenario: Scenario,
-    sides: dict[Side, Learner | LearnedNetwork | RobotStrategy | FireStrategy],
+    sides: Mapping[Side, Learner | LearnedNetwork | RobotStrategy | FireStrategy],
     rounds: Iterable[Sequence[int]],
     advance: Advance = until_next_decision,
 ) -> Iterator[list[Episode]]:
@@ -35,10 +35,10 @@ def adversarial_rounds(
     learners = {s: who for s, who in sides.items() if isinstance(who, Learner)}
     for seeds in rounds:
         # PLAY
-        copies = {side: player_of(learner) for side, learner in learners.items()}
-        players: Any = sides | copies
+        players: Any = dict(sides)
+        players |= {side: player_of(learner) for side, learner in learners.items()}
         job = Job(plan, scenario, **players, seeds=tuple(seeds))
-        episodes = play(job, advance=advance)
+        episodes = play(job, advance)
 
         # LEARN
         for side, learner in learners.items():
@@ -62,8 +62,10 @@ def trajectories_of(side: Side, episodes: Sequence[Episode]) -> list[Trajectory]
 
 def player_of(learner: Learner) -> LearnedNetwork:
     """Copy the learner's policy; later updates do not change the copy."""
-    tensors = learner.actor.state_dict().items()
-    weights = {name: tensor.numpy().copy() for name, tensor in tensors}
+    weights = {
+        name: tensor.numpy().copy()
+        for name, tensor in learner.actor.state_dict().items()
+    }
     return LearnedNetwork(learner.settings, weights)
 
 

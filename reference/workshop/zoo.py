@@ -68,7 +68,6 @@ from reference.game.environment import (
     Environment,
     Infos,
     Observations,
-    StepResult,
     action_size,
 )
 from reference.paper import Scenario, check_seed
@@ -81,6 +80,11 @@ from reference.workshop.maps import load
 from reference.workshop.strategies.trained import flat_vectors
 
 SO_FAR = ("evacuated", "died", "inside", "reward", "simulated_seconds")
+
+ZooStep = tuple[
+    dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], Infos
+]
+"""What `step` gives, as `StepResult`, with observations in an agent's space."""
 
 
 class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
@@ -168,7 +172,7 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
     def _seen(self, seen: Observations) -> dict[str, Any]:
         return seen
 
-    def step(self, actions: Mapping[str, Any]) -> StepResult:
+    def step(self, actions: Mapping[str, Any]) -> ZooStep:
         """Take one decision of all agents; see `Environment.step`."""
         seen, rewards, ended, cut, infos = self.environment.step(actions)
         outcome = self.environment.simulation.outcome()
@@ -219,7 +223,7 @@ class FlatEnvironment(ZooEnvironment):
         self.state_space = spaces.Box(-1, 1, (self.layout.size,))
         self._observed = self.state_space
 
-    def step(self, actions: Mapping[str, Any]) -> StepResult:
+    def step(self, actions: Mapping[str, Any]) -> ZooStep:
         """Take one decision of all agents; see `Environment.step`."""
         if not self.agents:  # over, or not begun
             _, rewards, ended, cut, infos = super().step({})

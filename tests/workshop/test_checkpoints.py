@@ -29,6 +29,7 @@ from reference.workshop.training.checkpoints import (
     load_checkpoint,
     newest_checkpoint,
     save_checkpoint,
+    state_of,
 )
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
 from reference.workshop.training.rounds import Training
@@ -73,6 +74,17 @@ def test_networks_that_are_fixed_or_begun_with_are_in_the_file_too(
     for read, who in (*task.fixed["fire"], fire), (task.initial["robots"], robots):
         assert read.settings == who.settings
         assert equal(read.weights, who.weights)
+
+
+def test_learners_of_your_own_loop_are_written_by_what_state_of_gives(
+    checkpoint, tmp_path
+):
+    """No league has kept versions of them."""
+    learners = {side: state_of(who) for side, who in begun(seed=3).learners.items()}
+    save_checkpoint(replace(checkpoint, learners=learners), tmp_path / "own.pt")
+    read = load_checkpoint(tmp_path / "own.pt")
+    assert equal(read.learners, checkpoint.learners)
+    assert equal(Training.resumed(read).checkpoint().learners, checkpoint.learners)
 
 
 def test_a_training_does_not_go_on_in_the_checkpoint_that_it_resumed(tmp_path):

@@ -122,6 +122,14 @@ def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     assert (folder / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
 
 
+def test_numbers_of_numpy_and_a_folder_by_its_name_are_as_good(small):
+    """What is written is read again; nothing is left to play."""
+    numbers = {"people": np.int64(4), "seed": np.int64(0), "errors": np.int64(0)}
+    numbers |= {"episodes": np.int64(2), "sample": np.False_}
+    assert play_evaluation(begin_evaluation(**SMALL | numbers), "out", InProcess())
+    assert play_evaluation(resume_evaluation("out"), "out", Stopped()) == small
+
+
 def test_who_is_not_asked_for_keeps_the_runs_that_are_there(small, monkeypatch, capsys):
     """Behind those that are; what is told counts none of them."""
     monkeypatch.setattr(progress, "SECONDS_BETWEEN", 0.0)
@@ -398,6 +406,38 @@ def test_what_rounds_to_nothing_has_no_sign():
 
 
 # -- Refusals -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"errors": 1.5}, "errors is 1.5: it must be a whole number"),
+        ({"errors": True}, "errors is True: it must be a whole number"),
+        ({"errors": -1}, "errors is -1: it must be a whole number from 0 upwards"),
+        ({"seed": True}, "seed is True: it must be a whole number"),
+        ({"seed": -1}, "seed is -1: it must be a whole number from 0 upwards"),
+        ({"episodes": 2.5}, "episodes is 2.5: it must be a whole number"),
+        ({"episodes": 0}, "episodes is 0: it must be a whole number from 1 upwards"),
+        ({"episodes": 10**6}, "2000000 runs from seed 0 on: ask for 1 to 1,000,000"),
+        ({"sample": 0}, "sample is 0: it must be true or false"),
+        ({"robots": "sweep"}, r"robots is 'sweep': give a list, \['sweep'\]"),
+        ({"fires": None}, "fires is None: give a list"),
+        ({"robots": (Sweep(),)}, "one of robots is <.*: it must be a word"),
+    ],
+)
+def test_refuses_what_no_evaluation_can_be_of(asked, message):
+    """When it begins: what is written could not be read again."""
+    with pytest.raises(InputError, match=message):
+        begin_evaluation(**SMALL | asked)
+    with pytest.raises(InputError, match=message):
+        replace(begin_evaluation(**SMALL), **asked)
+
+
+def test_refuses_to_resume_with_the_letters_of_a_word():
+    """A word alone is no list of words."""
+    write_evaluation(begin_evaluation(**SMALL), Path("out"))
+    with pytest.raises(InputError, match="fires is 'none': give a list"):
+        resume_evaluation("out", fires="none")
 
 
 def test_refuses_to_mix_networks_or_maps_under_one_name(run, tmp_path):

@@ -13,7 +13,7 @@ import pytest
 from reference.__main__ import main
 from reference.building import Kind
 from reference.fire import RandomFire
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.maps import load
 from reference.workshop.measuring import recording
@@ -355,6 +355,40 @@ def test_a_folder_that_holds_only_a_lock_that_was_left_is_empty(tmp_path):
     record(Simulation(load("tiny"), Scenario(people=2, time_limit=1)), folder)
     files = sorted(path.name for path in folder.iterdir())
     assert files == ["floor-1.sqlite", "floor-2.sqlite"]
+
+
+def test_refuses_a_recording_in_which_a_tick_is_missing(tmp_path):
+    """Nothing noted, not every tick, or not the last ones; nothing is written."""
+
+    def seldom(run, note):
+        while not run.done:
+            note()
+            for _ in range(run.decision_ticks):
+                run.step()
+
+    def at_first(run, note):
+        note()
+        run.run()
+
+    for go in (lambda run, _: run.run(), seldom, at_first, lambda *_: None):
+        run = Simulation(load("tiny"), Scenario(people=2, time_limit=10))
+        missing = pytest.raises(InputError, match="at 0 s and after each tick")
+        with missing, recording.recording(run, tmp_path / "gaps") as note:
+            go(run, note)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_may_be_named_by_a_word_and_an_instant_be_noted_twice(tmp_path):
+    """A run that is over waits for others beside it: nobody is there twice."""
+    one, other = (
+        Simulation(load("tiny"), Scenario(people=2, time_limit=10)) for _ in range(2)
+    )
+    record(one, str(tmp_path / "once"))
+    with recording.recording(other, str(tmp_path / "twice")) as note:
+        for _ in recording.ticks([other], [note, note]):
+            pass
+    count = "SELECT frame, id FROM trajectory_data ORDER BY frame, id"
+    assert asked(tmp_path / "once", 0, count) == asked(tmp_path / "twice", 0, count)
 
 
 class Interrupted(RandomFire):

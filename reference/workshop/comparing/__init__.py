@@ -25,3 +25,17 @@ from reference.workshop.comparing.matches import (
 from reference.workshop.comparing.named import strategy_named
 from reference.workshop.comparing.results import Cell, cells, ruler_of, table
 from reference.workshop.comparing.runs import RunResult, play_evaluation
+
+__all__ = [
+    "DEFAULT_EPISODES",
+    "Cell",
+    "Evaluation",
+    "RunResult",
+    "begin_evaluation",
+    "cells",
+    "play_evaluation",
+    "resume_evaluation",
+    "ruler_of",
+    "strategy_named",
+    "table",
+]

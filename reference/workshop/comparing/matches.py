@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass, field, replace
 from itertools import product
 from math import inf
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import reference
 from reference import paper
@@ -34,7 +34,12 @@ from reference.workshop.comparing.named import (
 from reference.workshop.maps import drawing_now, load, plan_of, same_cells
 from reference.workshop.storage.files import errors_naming, read_json, write_json
 from reference.workshop.storage.numbers import paper_numbers
-from reference.workshop.storage.records import checked_value, record_from
+from reference.workshop.storage.records import (
+    Allowed,
+    check_values,
+    checked_value,
+    record_from,
+)
 from reference.workshop.storage.runs import (
     ContradictionError,
     digest_of,
@@ -96,7 +101,8 @@ class Arena:
 class Evaluation:
     """All that determines its runs; run i of each match has seed + i.
 
-    Plain data, from which any process can play. Raises InputError for too many runs.
+    Plain data, from which any process can play. Raises InputError for values that
+    cannot be, and for too many runs.
 
     sample  draw learned policies' actions instead of taking the likeliest
     errors  metres that robots observe wrongly by, in the worst case [F4]
@@ -107,16 +113,22 @@ class Evaluation:
     arena: Arena
     robots: tuple[str, ...]
     fires: tuple[str, ...]
-    seed: int = 0
+    seed: Annotated[int, Allowed(low=0)] = 0
     episodes: int = DEFAULT_EPISODES
     sample: bool = False
     files: Mapping[str, str] = field(default_factory=dict)
-    errors: int = 0
+    errors: Annotated[int, Allowed(low=0)] = 0
     digests: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if hasattr(value, "tolist"):  # numpy's, which JSON cannot write
+                object.__setattr__(self, name, value.tolist())
+        object.__setattr__(self, "robots", _checked_words("robots", self.robots))
+        object.__setattr__(self, "fires", _checked_words("fires", self.fires))
+        check_values(self)
         runs = len(self.robots) * len(self.fires) * self.episodes
-        if not 1 <= runs <= MOST_RUNS or self.seed < 0:
+        if not 1 <= runs <= MOST_RUNS:
             raise InputError(
                 f"{runs} runs from seed {self.seed} on: ask for 1 to {MOST_RUNS:,}."
             )
@@ -220,6 +232,8 @@ def begin_evaluation(
     be read.
     """
     # who has learned
+    robots = _checked_words("robots", robots)
+    fires = _checked_words("fires", fires)
     files = _newest_checkpoints((*robots, *fires))
     learned = _load_policies(robots, fires, files)
     if sample and not any(hasattr(policy, "sample") for policy in learned.values()):
@@ -238,8 +252,8 @@ def begin_evaluation(
     _refuse_misfits(learned, arena)
     begun = Evaluation(
         arena=arena,
-        robots=_without_repeats(robots),
-        fires=_without_repeats(fires),
+        robots=robots,
+        fires=fires,
         seed=seed,
         episodes=episodes,
         sample=sample,
@@ -337,7 +351,7 @@ def _notes_on(policy: Any, plays: Any, arena: Arena) -> Iterator[str]:
 
 def with_digests(evaluation: Evaluation) -> Evaluation:
     """Add digests of all that its words and the name of its map mean now."""
-    words = _without_repeats((*evaluation.robots, *evaluation.fires))
+    words = dict.fromkeys((*evaluation.robots, *evaluation.fires))
     files = evaluation.files
     here = evaluation.arena.drawn, evaluation.arena.scenario
     digests = {word: meaning_of(files.get(word, word), *here) for word in words}
@@ -402,7 +416,7 @@ def refuse_mixing(
 
 
 def resume_evaluation(
-    folder: Path,
+    folder: str | Path,
     robots: Sequence[str] = (),
     fires: Sequence[str] = (),
     files: Mapping[str, str] | None = None,
@@ -413,7 +427,9 @@ def resume_evaluation(
     Raises InputError if there is none or if it is another version's or was begun with
     other numbers; else as `begin_evaluation`.
     """
-    path = folder / EVALUATION_FILE
+    robots = _checked_words("robots", robots)
+    fires = _checked_words("fires", fires)
+    path = Path(folder) / EVALUATION_FILE
     if not path.exists():
         raise InputError(
             f"{folder}: there is no evaluation to go on with. Leave --resume out to "
@@ -431,15 +447,23 @@ def resume_evaluation(
     refuse_numbers(path, numbers)  # after code of your own, which may change some
     known = dict(files or {}) | dict(begun.files)
     files = _newest_checkpoints((*robots, *fires)) | known
-    robots = _without_repeats((*begun.robots, *robots))
-    fires = _without_repeats((*begun.fires, *fires))
+    robots = _checked_words("robots", (*begun.robots, *robots))
+    fires = _checked_words("fires", (*begun.fires, *fires))
     with errors_naming(path):
         _refuse_misfits(_load_policies(robots, fires, files), begun.arena)
     return with_digests(replace(begun, robots=robots, fires=fires, files=files))
 
 
-def _without_repeats(words: Iterable[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(words))
+def _checked_words(name: str, given: Any) -> tuple[str, ...]:
+    """Take words for those who play a side, each once. Raises InputError for others."""
+    if isinstance(given, str) or not isinstance(given, Collection):
+        raise InputError(f"{name} is {given!r:.60}: give a list, [{given!r:.60}]")
+    for word in given:
+        if not isinstance(word, str):
+            raise InputError(
+                f"one of {name} is {word!r:.60}: it must be a word, such as 'random'"
+            )
+    return tuple(dict.fromkeys(given))
 
 
 def _newest_checkpoints(words: Iterable[str]) -> dict[str, str]:

@@ -97,7 +97,7 @@ class RunResult:
 
 
 def play_evaluation(
-    evaluation: Evaluation, folder: Path | None, executor: Executor
+    evaluation: Evaluation, folder: str | Path | None, executor: Executor
 ) -> list[RunResult]:
     """Play all runs; return their results in order.
 
@@ -108,7 +108,8 @@ def play_evaluation(
     """
     done = dict[RunKey, RunResult]()
     table = None
-    if folder:
+    if folder is not None:
+        folder = Path(folder)
         done = _done_already(evaluation, folder)
         table = table_of(folder / RUNS_FILE, done.values())
 
@@ -120,9 +121,9 @@ def play_evaluation(
 
     written = [*done]
     ordered = [done.pop(run) for run in evaluation.runs]
-    if folder and written != [*evaluation.runs, *done]:
+    if table and written != [*evaluation.runs, *done]:
         with suppress(OSError):  # all rows are there, in another order
-            table_of(folder / RUNS_FILE, [*ordered, *done.values()])
+            table_of(table.path, [*ordered, *done.values()])
     return ordered
 
 

@@ -23,6 +23,29 @@ from reference.workshop.drawing.relief import closeup, oblique, walkable
 from reference.workshop.drawing.senses import fire_senses, robot_senses
 from reference.workshop.maps import load
 
+__all__ = [
+    "Picture",
+    "Tally",
+    "anchors",
+    "animate",
+    "closeup",
+    "crowding_map",
+    "draw",
+    "fire_senses",
+    "frame",
+    "graph",
+    "history_of",
+    "load_ipython_extension",
+    "oblique",
+    "pause",
+    "robot_senses",
+    "save",
+    "show",
+    "tally",
+    "top",
+    "walkable",
+]
+
 
 def draw(
     shown: Building | Simulation | str | PathLike[str], path: str | Path | None = None

@@ -31,6 +31,30 @@ from reference.workshop.maps.pages import MOST_LINES, MOST_SIGNS, Line, Page
 from reference.workshop.storage.files import open_to_read
 from reference.workshop.storage.words import did_you_mean
 
+__all__ = [
+    "FINE",
+    "FIRST_OF_DRAWN",
+    "MOST_LINES",
+    "MOST_MISTAKES",
+    "MOST_SIGNS",
+    "Line",
+    "Mistake",
+    "MistakesError",
+    "Page",
+    "drawing_now",
+    "find_map",
+    "lines_of_plan",
+    "load",
+    "parse_map",
+    "plan_of",
+    "read_map",
+    "same_cells",
+    "shipped_floors",
+    "standing",
+    "text_of_map",
+    "to_text",
+]
+
 FIRST_OF_DRAWN = 10  # the number of the first stage that checks what is drawn
 FINE = (99, 0)  # beyond all stages
 

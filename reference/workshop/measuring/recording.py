@@ -26,6 +26,7 @@ import numpy as np
 from scipy import ndimage
 
 from reference.building import Building, lengths
+from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.storage.files import replacing
 from reference.workshop.storage.runs import refuse_used, remove_left_lock
@@ -63,7 +64,7 @@ def ticks(
             simulation.step()
 
 
-def record(simulation: Simulation, folder: Path) -> None:
+def record(simulation: Simulation, folder: str | Path) -> None:
     """Run a simulation to its end and record it, as `recording` does."""
     with recording(simulation, folder) as note:
         for _ in ticks([simulation], [note]):
@@ -71,18 +72,23 @@ def record(simulation: Simulation, folder: Path) -> None:
 
 
 @contextmanager
-def recording(simulation: Simulation, folder: Path) -> Iterator[Callable[[], None]]:
+def recording(
+    simulation: Simulation, folder: str | Path
+) -> Iterator[Callable[[], None]]:
     """Yield what notes an instant; at the end write floor-1.sqlite, floor-2.sqlite, ...
 
     Call it at 0 s and after each tick. Writes all files or none. Raises InputError for
-    a folder that is not empty, OSError for one that cannot be written.
+    a tick that was not noted and for a folder that is not empty, OSError for one that
+    cannot be written.
     """
+    folder = Path(folder)
     remove_left_lock(folder)
     refuse_used(folder, "Name another folder.")
     with replacing(folder) as partial:
         partial.mkdir(parents=True)
         recorder = _Recorder(simulation)
         yield recorder.note
+        recorder.refuse_gap(simulation.ticks)
         rows = np.concatenate(recorder.rows)
         for floor in range(simulation.building.floors):
             of_floor = rows[rows[:, 0] == floor, 1:]
@@ -112,6 +118,7 @@ class _Recorder:
     def __init__(self, simulation: Simulation) -> None:
         self.simulation = simulation
         self.rows: list[np.ndarray] = []
+        self.noted = simulation.ticks - 1  # the last tick
         self.position = simulation.world.bodies.position.copy()
         self.heading = np.zeros_like(self.position)
         self.walked = np.empty(0, int)  # who walked in the tick to come
@@ -120,6 +127,10 @@ class _Recorder:
         """Note who walks, or walked until now; one step more for those who left."""
         bodies = self.simulation.world.bodies
         tick = self.simulation.ticks
+        if tick == self.noted:  # it is over, and others beside it are not
+            return
+        self.refuse_gap(tick - 1)
+        self.noted = tick
         position = bodies.position.copy()
         if len(self.walked):  # none before the first tick that is recorded
             # before stairs took any in
@@ -140,6 +151,14 @@ class _Recorder:
 
         self.position = position
         self.walked = walking
+
+    def refuse_gap(self, tick: int) -> None:
+        """Raise InputError unless all has been noted up to a tick."""
+        if self.noted != tick:
+            raise InputError(
+                "a recording lacks some instants: call what `recording` yields at 0 s "
+                "and after each tick"
+            )
 
     def _add(self, who: np.ndarray, frame: int, position: np.ndarray) -> None:
         """Add rows of these people; position: (n, 2) of everybody."""

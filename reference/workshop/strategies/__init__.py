@@ -27,6 +27,30 @@ from reference.workshop.strategies.guides import (
     Sweep,
 )
 
+__all__ = [
+    "ANYWHERE",
+    "ANY_MAP",
+    "FIRES",
+    "GUIDES",
+    "LEARNED",
+    "ROBOTS",
+    "SCRIPTS",
+    "SHIPPED",
+    "BusiestFire",
+    "CloserFire",
+    "Escort",
+    "FixedFire",
+    "GreedyFire",
+    "Guard",
+    "NoFire",
+    "NoRobots",
+    "Observer",
+    "Patrol",
+    "RandomFire",
+    "RandomRobots",
+    "Sweep",
+]
+
 ROBOTS: dict[str, type[RobotStrategy]] = {  # [C7]
     "none": NoRobots,
     "random": RandomRobots,

@@ -93,7 +93,7 @@ class Checkpoint:
     """A training between two rounds.
 
     round     how many rounds are over
-    learners  for each side that learns, what `state_of` gave, and its earlier versions
+    learners  for each side that learns, what `state_of` gave
     progress  plain numbers: what is counted and what waits for the next summary
     numbers   of the paper, by name; none where an older version wrote it
     """
@@ -359,14 +359,20 @@ NETWORKS = ("actor", "critic", "optimiser")
 NORMALISER = ".normaliser."  # in the names of its weights, of 64 bits
 
 
-def state_of(learner: Learner) -> dict[str, Any]:
-    """Collect all that a learner needs to resume, as plain data and its own tensors."""
+def state_of(
+    learner: Learner, versions: Mapping[int, Mapping[str, Tensor]] = {}
+) -> dict[str, Any]:
+    """Collect all that a learner needs to resume, as plain data and its own tensors.
+
+    versions: the weights of earlier rounds that are kept, by round
+    """
     buffer = [vars(p) | {"grids": _packed(p.grids)} for p in learner.buffer]
     return {
         **{name: getattr(learner, name).state_dict() for name in NETWORKS},
         "buffer": buffer,
         "rng": learner.rng.get_state(),
         "steps": learner.steps,
+        "versions": versions,
     }
 
 

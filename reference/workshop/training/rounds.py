@@ -433,7 +433,7 @@ class Training:
     def checkpoint(self) -> Checkpoint:
         """Collect everything that is needed to resume."""
         learners = {
-            side: state_of(who) | {"versions": self.versions[side]}
+            side: state_of(who, self.versions[side])
             for side, who in self.learners.items()
         }
         progress = Progress(
