@@ -161,7 +161,6 @@ def test_episodes_played_at_once_are_as_if_played_alone():
             assert getattr(other.robots, name) == close
 
 
-@pytest.mark.paper("E6")
 def test_playing_leaves_torch_s_own_random_numbers_alone():
     """Somebody's own seeded training beside it draws what it draws without."""
     before = torch.random.get_rng_state()
@@ -169,6 +168,7 @@ def test_playing_leaves_torch_s_own_random_numbers_alone():
     assert torch.equal(torch.random.get_rng_state(), before)
 
 
+@pytest.mark.paper("E6")
 def test_each_round_both_sides_learn_and_play_the_next_with_what_they_learned():
     """The second round's episodes are those of the players after the first update."""
     table = replace(TABLE, batch_size=2, buffer_size=2)  # every round fills the buffers
