@@ -152,10 +152,3 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     """Name what is here, for completion: the front door, too."""
     return sorted(globals() | FRONT_DOOR)
-
-
-def command_line() -> None:
-    """Run `python -m reference`, under the name `fire-rescue` that pip installs."""
-    from runpy import run_module
-
-    run_module("reference", run_name="__main__", alter_sys=True)

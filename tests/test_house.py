@@ -230,7 +230,7 @@ PARTS = {
     "tests": sorted((ROOT / "tests").rglob("*.py")),
     "tutorials": sorted((ROOT / "tutorials").rglob("*.py")),
 }
-MOST_TOKENS = 37_500
+MOST_TOKENS = 37_400
 """Of the book without `paper`: whoever moves a number there pays nothing for it."""
 
 LAYOUT = {
@@ -469,8 +469,10 @@ def test_an_installed_wheel_finds_its_floors(tmp_path):
 
 def test_the_console_script_is_the_command_line():
     """`fire-rescue` does what `python -m reference` does."""
-    assert PROJECT["project"]["scripts"] == {"fire-rescue": "reference:command_line"}
-    code = "import reference; reference.command_line()"
+    assert PROJECT["project"]["scripts"] == {
+        "fire-rescue": "reference.workshop:command_line"
+    }
+    code = "from reference.workshop import command_line; command_line()"
     command = [sys.executable, "-c", code, "--version"]
     told = subprocess.check_output(command, cwd=ROOT, text=True)
     assert told == f"fire-rescue-reference {__version__}\n"
